@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+# The three shapes that every room of the project is built from.
+
+# kiln_room(NAME SOURCES... [LINK libs...]): the library kiln_NAME of one folder under server/.
+function(kiln_room name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_library(kiln_${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(kiln_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(kiln_${name} PUBLIC ${ARG_LINK})
+endfunction()
+
+# kiln_test(NAME SOURCES... [LINK libs...]): one GoogleTest program, each case known to ctest.
+function(kiln_test name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE KILN_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                                             KILN_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main)
+  gtest_discover_tests(${name} PROPERTIES TIMEOUT 300 DISCOVERY_TIMEOUT 60)
+endfunction()
+
+# kiln_embed(TARGET FILE SYMBOL): FILE's bytes as `extern const std::string_view kiln::embedded::SYMBOL`.
+function(kiln_embed target file symbol)
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp)
+  add_custom_command(
+    OUTPUT ${out}
+    COMMAND ${CMAKE_COMMAND} -DIN=${file} -DOUT=${out} -DSYMBOL=${symbol} -P ${PROJECT_SOURCE_DIR}/cmake/Embed.cmake
+    DEPENDS ${file} ${PROJECT_SOURCE_DIR}/cmake/Embed.cmake
+    VERBATIM)
+  target_sources(${target} PRIVATE ${out})
+endfunction()

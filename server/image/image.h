@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/compute/table.h"
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+/// Ordered key/value text that travels inside the file. Keys are of the form "kiln.job".
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+struct Encoded {
+    std::string bytes;
+    std::string extension;                 ///< "exr" or "png"
+    std::vector<double> quantisation_max;  ///< per channel: largest |stored − given| among values that fit
+    std::vector<std::uint64_t> clamped;    ///< per channel: values that did not fit the pixel type
+};
+
+/// Raised whenever the bytes that an encoder writes for the same table change; part of the image key.
+inline constexpr int kEncoderRevision = 1;
+
+/// Throws Error("cannot_encode") for a table that the format cannot hold (more than four channels in a PNG, …).
+/// Equal input gives equal bytes. Memory beside the table and the result stays below a few scan lines.
+Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata);
+
+/// Everything that reproduces a table from its job: never a host name, a date, a device or a thread count.
+struct Provenance {
+    std::string kernel_digest;
+    std::string numerics;
+    std::string key;  ///< image key
+    std::optional<double> standard_error_max;
+};
+Metadata describe(const JobSpec& job, const Provenance& provenance);
+
+/// The table's convention in words, one line a fact: axes, orientation, grid, roughness mapping, channels.
+std::vector<std::string> convention(const JobSpec& job);
+
+/// A file as read back; for the command line's `info` and `diff` and for tests, never on a server.
+struct Decoded {
+    Table table;  ///< channels carry the file's own channel names
+    Metadata metadata;
+    std::string format;  ///< "exr" or "png"
+    std::string pixel;   ///< "half", "float", "uint8", "uint16"
+};
+/// Throws Error("cannot_decode") naming what is wrong.
+Decoded decode(std::string_view bytes);
+
+}  // namespace kiln
