@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/worker/bake.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "server/base/sha256.h"
+#include "server/image/image.h"
+#include "server/spec/spec.h"
+
+namespace kiln {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::optional<double> largest_standard_error(const Report& report) {
+    std::optional<double> largest;
+    for (const ChannelError& channel : report.error)
+        if (channel.standard_error_max)
+            largest = std::max(largest.value_or(0), *channel.standard_error_max);
+    return largest;
+}
+
+std::string pixel_name(PixelType pixel) {
+    switch (pixel) {
+        case PixelType::half:
+            return "half";
+        case PixelType::float32:
+            return "float";
+        case PixelType::uint8:
+            return "8-bit";
+        case PixelType::uint16:
+            return "16-bit";
+    }
+    return "";
+}
+
+/// A quantity without an entry of its own is the encoder's channel that nobody measured: it gets
+/// one, so that the quantisation of every stored channel is told.
+ChannelError& entry_of(Report& report, const std::string& quantity) {
+    for (ChannelError& channel : report.error)
+        if (channel.quantity == quantity) return channel;
+    return report.error.emplace_back(ChannelError{.quantity = quantity});
+}
+
+void tell_pixel_losses(Report& report, const std::vector<std::string>& channels, PixelType pixel,
+                       const Encoded& encoded) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        if (c < encoded.quantisation_max.size())
+            entry_of(report, channels[c]).quantisation_max = encoded.quantisation_max[c];
+        if (c < encoded.clamped.size() && encoded.clamped[c] != 0)
+            report.warnings.push_back(channels[c] + ": " + std::to_string(encoded.clamped[c]) +
+                                      " texels lay outside what " + pixel_name(pixel) +
+                                      " pixels hold and were clamped to it");
+    }
+    if (pixel == PixelType::uint8)
+        report.warnings.push_back(
+            "8-bit pixels hold 256 levels: expect visible banding; 16-bit PNG or half EXR avoids "
+            "it");
+}
+
+}  // namespace
+
+std::string image_key(const JobSpec& job, const std::string& numerics) {
+    return sha256_hex("kiln/image/1\n" + kernel_digest() + "\n" + numerics + "\n" +
+                      std::to_string(kEncoderRevision) + "\n" + canonical(job));
+}
+
+Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
+    const Clock::time_point start = Clock::now();
+    Outcome outcome = engine.run(job, control);
+    Report& report = outcome.report;
+
+    const Clock::time_point encode_start = Clock::now();
+    const Metadata metadata =
+        describe(job, Provenance{.kernel_digest = kernel_digest(),
+                                 .numerics = report.device.numerics,
+                                 .key = image_key(job, report.device.numerics),
+                                 .standard_error_max = largest_standard_error(report)});
+    Encoded encoded = encode(outcome.table, job.format, job.pixel, metadata);
+    report.run_time_s.encode = seconds_since(encode_start);
+    report.run_time_s.total = seconds_since(start);
+    report.job = job_id(job);
+    tell_pixel_losses(report, outcome.table.channels, job.pixel, encoded);
+
+    std::string digest = sha256_hex(encoded.bytes);
+    return {.image = std::move(encoded.bytes),
+            .extension = std::move(encoded.extension),
+            .report = std::move(report),
+            .image_digest = std::move(digest)};
+}
+
+}  // namespace kiln

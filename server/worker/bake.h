@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "server/compute/engine.h"
+#include "server/compute/report.h"
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+/// What a job becomes: the file's bytes and the finished account of them.
+struct Baked {
+    std::string image;
+    std::string extension;     ///< "exr" or "png"
+    Report report;             ///< complete but for run_time_s.queued, which only a queue knows
+    std::string image_digest;  ///< SHA-256 of `image`, 64 hex digits: the blob's name and its ETag
+};
+
+/// Integrates, describes and encodes: the one way from a job to a file, on a server and in `kiln
+/// bake --local` alike, so that both give the same bytes. Throws what Engine::run and encode throw.
+Baked bake(Engine& engine, const JobSpec& job, const Control& control);
+
+/// Names the bytes of an image before they exist: 64 hex digits over the physics, the numerics
+/// class, the encoder and the job.
+std::string image_key(const JobSpec& job, const std::string& numerics);
+
+}  // namespace kiln
