@@ -10,7 +10,8 @@ namespace kiln {
 
 using Bytes = std::shared_ptr<const std::string>;
 
-/// Immutable bytes under the SHA-256 of their content. Safe from any thread; several processes may share one.
+/// Immutable bytes under the SHA-256 of their content. Safe from any thread; several processes may
+/// share one.
 class BlobStore {
   public:
     virtual ~BlobStore() = default;
@@ -18,6 +19,7 @@ class BlobStore {
     virtual std::string put(std::string_view bytes) = 0;
     /// Verified on every read: bytes whose digest does not match are set aside and count as absent.
     virtual Bytes get(const std::string& digest) = 0;  ///< null when absent
+    /// By name only: unlike get, it does not read the bytes.
     virtual bool contains(const std::string& digest) = 0;
 };
 
@@ -25,8 +27,10 @@ struct BlobStats {
     std::uint64_t bytes = 0, count = 0, evicted = 0, quarantined = 0;
 };
 
-/// Files DIR/cas.v1/ab/<sha256>, written as temp + fsync + rename + fsync of the directory. When the sum of
-/// sizes passes `bytes_max`, the least recently used go. Foreign files in the folder are left alone.
+/// Files DIR/cas.v1/ab/<sha256>, written as temp + fsync + rename + fsync of the directory. When
+/// the sum of sizes would pass `bytes_max`, the least recently used go until a tenth is free. Wrong
+/// bytes move to DIR/cas.v1/quarantine (the last 16 are kept, outside the budget). Foreign files
+/// are left alone. An unreadable disk is Error("store_failed") from any call, never an absent blob.
 class DiskBlobStore : public BlobStore {
   public:
     DiskBlobStore(const std::string& directory, std::uint64_t bytes_max);
@@ -34,14 +38,15 @@ class DiskBlobStore : public BlobStore {
     std::string put(std::string_view bytes) override;
     Bytes get(const std::string& digest) override;
     bool contains(const std::string& digest) override;
-    BlobStats stats();
+    BlobStats stats();  ///< evicted and quarantined by this object; the rest at most a second old
 
   private:
     struct State;
     std::unique_ptr<State> state_;
 };
 
-/// Keeps hot blobs of another store in memory, verified once as they enter; least recently used go first.
+/// Keeps hot blobs of another store in memory, verified once as they enter; least recently used go
+/// first. Blobs above a quarter of `bytes_max` pass through. `below` must outlive it.
 class CachedBlobStore : public BlobStore {
   public:
     CachedBlobStore(BlobStore& below, std::uint64_t bytes_max);
