@@ -24,7 +24,12 @@ enum class Masking { smith_correlated, smith_separable };
 enum class Precision { float32, float64 };
 enum class DeviceChoice { automatic, opencl, native };  // "auto" in JSON
 enum class ImageFormat { exr, png };
-enum class PixelType { half, float32, uint8, uint16 };  // "half", "float", "uint8", "uint16" in JSON
+enum class PixelType {
+    half,
+    float32,
+    uint8,
+    uint16
+};  // "half", "float", "uint8", "uint16" in JSON
 
 /// One axis of a table: which parameter it carries and where texel i of n lies on it.
 struct Axis {
@@ -39,11 +44,11 @@ struct Axis {
 
 /// A job past the gate: every field is set and every combination makes sense.
 struct JobSpec {
-    std::vector<Quantity> quantities;   ///< 1…64, no repeats; they become channels in this order
+    std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
-    std::string layout = "kiln";        ///< preset name, or "custom" when the document gave an object
-    std::vector<Axis> axes;             ///< as many as resolution has entries; row 0 is the first texel of y
-    std::int64_t sample_count = 1024;   ///< samples a texel in all replicates together
+    std::string layout = "kiln";  ///< preset name, or "custom" when the document gave an object
+    std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
+    std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
     Sampler sampler = Sampler::sobol_owen;
     Importance importance = Importance::vndf;
     Distribution distribution = Distribution::ggx;

@@ -9,13 +9,15 @@
 
 namespace kiln {
 
-/// One thing that is wrong with a document: where (RFC 6901 pointer, "" for the whole) and what is allowed.
+/// One thing that is wrong with a document: where (RFC 6901 pointer, "" for the whole) and what is
+/// allowed.
 struct Problem {
     std::string pointer;
     std::string message;
 };
 
-/// The text is not a JSON document that may be looked at (syntax, encoding, size, depth, duplicate keys). HTTP 400.
+/// The text is not a JSON document that may be looked at (syntax, encoding, size, depth, duplicate
+/// keys). HTTP 400.
 class Malformed : public Error {
   public:
     Malformed(const std::string& detail, std::vector<Problem> found)
@@ -34,8 +36,8 @@ class InvalidJob : public Error {
 /// Throws Malformed or InvalidJob.
 JobSpec parse_job(std::string_view text);
 
-/// The one spelling of a job: sorted keys, every default present, numbers from the typed values, no white space.
-/// parse_job(canonical(job)) == job.
+/// The one spelling of a job: sorted keys, every default present, numbers from the typed values, no
+/// white space. parse_job(canonical(job)) == job.
 std::string canonical(const JobSpec& job);
 
 /// 64 hex digits: SHA-256("kiln/job/1\n" + canonical(job)).

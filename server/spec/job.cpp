@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "server/spec/contract.h"
+#include "server/spec/json_text.h"
+#include "server/spec/limits.h"
+#include "server/spec/schema.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Turns a walked document into a JobSpec field by field, and holds the rules that relate fields. A
+/// rule is applied when all that it reads is sound, so that one answer names every problem.
+class Reader {
+  public:
+    Reader(const Json& document, ProblemList& problems)
+        : document_(document), problems_(problems) {}
+
+    JobSpec read() {
+        read_fields();
+        read_layout();
+        read_output();
+        check_work();
+        return std::move(job_);
+    }
+
+  private:
+    template <class... Pointers>
+    bool sound(Pointers... pointers) const {
+        return (problems_.sound(pointers) && ...);
+    }
+
+    const Json& at(const char* pointer) const { return document_.at(Json::json_pointer(pointer)); }
+
+    template <JobEnum E>
+    static E word(const Json& value) {
+        return from_word<E>(value.get_ref<const std::string&>()).value();
+    }
+    template <JobEnum E>
+    void read_word(E& field, const char* pointer) {
+        if (sound(pointer)) field = word<E>(at(pointer));
+    }
+
+    void read_fields() {
+        if (sound("/quantities")) {
+            for (const Json& entry : at("/quantities"))
+                job_.quantities.push_back(word<Quantity>(entry));
+        }
+        if (sound("/resolution"))
+            job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
+        if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
+        if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
+        read_word(job_.sampler, "/sampler");
+        read_word(job_.importance, "/importance");
+        read_word(job_.distribution, "/microfacet/distribution");
+        read_word(job_.masking, "/microfacet/masking");
+        read_word(job_.precision, "/precision");
+        read_word(job_.device, "/device");
+    }
+
+    static Axis axis(const Json& entry) {
+        const Json& range = entry.at("range");
+        // Adding 0 turns −0 into 0, so that both are the same job.
+        return {.parameter = word<Parameter>(entry.at("parameter")),
+                .mapping = word<Mapping>(entry.at("mapping")),
+                .grid = word<Grid>(entry.at("grid")),
+                .flip = entry.at("flip").get<bool>(),
+                .lo = range.at(0).get<double>() + 0.0,
+                .hi = range.at(1).get<double>() + 0.0};
+    }
+
+    static std::vector<Axis> kiln_axes(std::size_t axis_count) {
+        if (axis_count == 1) return {{.parameter = Parameter::roughness}};
+        return {{.parameter = Parameter::NoV}, {.parameter = Parameter::roughness}};
+    }
+
+    void read_layout() {
+        if (!sound("/layout", "/resolution")) return;
+        const Json& layout = at("/layout");
+        const std::size_t axis_count = job_.resolution.size();
+        if (layout.is_string()) {
+            job_.layout = layout.get<std::string>();
+            job_.axes = kiln_axes(axis_count);
+            check_needs("/resolution");
+            return;
+        }
+        for (const char* name : {"x", "y"}) {
+            if (layout.contains(name)) job_.axes.push_back(axis(layout[name]));
+        }
+        if (job_.axes.size() < axis_count)
+            problems_.add("/layout/y", "is required and missing: resolution has two entries");
+        if (job_.axes.size() > axis_count)
+            problems_.add("/layout/y", "must be left out: resolution has one entry");
+        check_axes();
+        check_needs("/layout");
+        job_.layout = job_.axes == kiln_axes(axis_count) ? "kiln" : "custom";
+    }
+
+    void check_axes() {
+        const char* ranges[] = {"/layout/x/range", "/layout/y/range"};
+        for (std::size_t i = 0; i < job_.axes.size(); ++i) {
+            if (job_.axes[i].lo < job_.axes[i].hi) continue;
+            problems_.add(ranges[i], "must rise: its first entry has to be less than its second");
+        }
+        if (job_.axes.size() < 2) return;
+        const auto is_NoV = [](const Axis& a) { return a.parameter == Parameter::NoV; };
+        if (is_NoV(job_.axes[0]) != is_NoV(job_.axes[1])) return;
+        const bool same = job_.axes[0].parameter == job_.axes[1].parameter;
+        problems_.add("/layout/y/parameter",
+                      same ? "is the parameter of x too; the axes must carry different ones"
+                           : "roughness and alpha are one degree of freedom (alpha = roughness²); "
+                             "only one of them can be an axis");
+    }
+
+    bool has_axis(Parameter parameter) const {
+        return std::any_of(job_.axes.begin(), job_.axes.end(),
+                           [&](const Axis& a) { return a.parameter == parameter; });
+    }
+
+    /// Every parameter that a quantity depends on has to be an axis.
+    void check_needs(const char* pointer) {
+        if (!sound(pointer)) return;
+        if (!has_axis(Parameter::roughness) && !has_axis(Parameter::alpha))
+            problems_.add(pointer,
+                          "no axis carries roughness (or alpha), on which every quantity depends");
+        if (has_axis(Parameter::NoV) || !sound("/quantities")) return;
+        std::string needing;
+        for (const Quantity quantity : job_.quantities) {
+            if (!depends_on_NoV(quantity)) continue;
+            needing += (needing.empty() ? "" : ", ") + in_quotes(to_word(quantity));
+        }
+        if (needing.empty()) return;
+        problems_.add(pointer, job_.resolution.size() == 1
+                                   ? "one axis is too few: " + needing +
+                                         " need NoV and roughness; allowed: two entries, [x, y]"
+                                   : "no axis carries NoV, on which depend " + needing);
+    }
+
+    void read_output() {
+        read_word(job_.format, "/output/format");
+        if (!sound("/output/format")) return;
+        const Json& allowed = contract().at(Json::json_pointer(
+            "/components/schemas/Output/x-kiln-pixels/" + std::string(to_word(job_.format))));
+        const Json& output = at("/output");
+        if (!output.contains("pixel")) {
+            job_.pixel = word<PixelType>(allowed.at(0));
+        } else if (sound("/output/pixel")) {
+            job_.pixel = word<PixelType>(output["pixel"]);
+            if (std::find(allowed.begin(), allowed.end(), output["pixel"]) == allowed.end())
+                problems_.add("/output/pixel", in_quotes(to_word(job_.pixel)) +
+                                                   " is no pixel type of " +
+                                                   std::string(to_word(job_.format)) +
+                                                   "; allowed: " + words_of(allowed));
+        }
+        const auto channels_max = static_cast<std::size_t>(limits().png_channels_max);
+        if (job_.format == ImageFormat::png && job_.quantities.size() > channels_max)
+            problems_.add("/quantities", "has " + std::to_string(job_.quantities.size()) +
+                                             " entries; a PNG holds at most " +
+                                             std::to_string(channels_max) +
+                                             " channels, only exr holds more");
+    }
+
+    static std::string words_of(const Json& list) {
+        std::string text;
+        for (const Json& entry : list) text += (text.empty() ? "" : ", ") + entry.dump();
+        return text;
+    }
+
+    void check_work() {
+        if (!sound("/resolution", "/sample_count")) return;
+        std::int64_t work = job_.sample_count;  // at most 2^20 · 2^12 · 2^12: no overflow
+        for (const std::int64_t texels : job_.resolution) work *= texels;
+        if (work <= limits().work_samples_max) return;
+        problems_.add("/sample_count",
+                      "the job takes " + std::to_string(work) +
+                          " samples (texels times sample_count); allowed: at most " +
+                          std::to_string(limits().work_samples_max));
+    }
+
+    const Json& document_;
+    ProblemList& problems_;
+    JobSpec job_;
+};
+
+/// One line; the list itself is in InvalidJob::problems.
+std::string summary(const std::vector<Problem>& problems) {
+    if (problems.empty()) return "the job is not valid";
+    const Problem& first = problems.front();
+    const std::string place = first.pointer.empty() ? "the document" : in_quotes(first.pointer);
+    if (problems.size() == 1) return "the job is not valid: " + place + " " + first.message;
+    return "the job has " + std::to_string(problems.size()) + " problems; the first: " + place +
+           " " + first.message;
+}
+
+}  // namespace
+
+InvalidJob::InvalidJob(std::vector<Problem> found)
+    : Error("invalid_job", summary(found)), problems(std::move(found)) {}
+
+JobSpec parse_job(std::string_view text) {
+    const Json given = parse_json(text, {limits().job_bytes_max, limits().depth_max});
+    ProblemList problems(static_cast<std::size_t>(limits().problems_max));
+    const Json& schema = contract()["components"]["schemas"]["Job"];
+    const Json document = walk_schema(contract(), schema, given, problems);
+    JobSpec job = Reader(document, problems).read();
+    if (!problems.empty()) throw InvalidJob(problems.take());
+    return job;
+}
+
+}  // namespace kiln

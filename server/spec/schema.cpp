@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/spec/schema.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+
+#include "server/spec/json_text.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::string_view kLater = "x-kiln-later";
+
+const Json& resolve(const Json& contract, const Json& schema) {
+    const Json* current = &schema;
+    while (current->contains("$ref")) {
+        const auto& reference = current->at("$ref").get_ref<const std::string&>();
+        current = &contract.at(Json::json_pointer(reference.substr(1)));  // "#/…"
+    }
+    return *current;
+}
+
+bool is_integral(const Json& value) {
+    if (value.is_number_integer()) return true;
+    return value.is_number_float() && std::trunc(value.get<double>()) == value.get<double>();
+}
+
+bool has_type(const Json& value, std::string_view type) {
+    if (type == "null") return value.is_null();
+    if (type == "boolean") return value.is_boolean();
+    if (type == "string") return value.is_string();
+    if (type == "array") return value.is_array();
+    if (type == "object") return value.is_object();
+    if (type == "number") return value.is_number();
+    return type == "integer" && is_integral(value);
+}
+
+/// The entries of a keyword that holds one value or a list of them.
+std::vector<std::string> type_names(const Json& type) {
+    if (type.is_string()) return {type.get<std::string>()};
+    return type.get<std::vector<std::string>>();
+}
+
+bool has_any_type(const Json& value, const Json& type) {
+    const auto names = type_names(type);
+    return std::any_of(names.begin(), names.end(),
+                       [&](const auto& name) { return has_type(value, name); });
+}
+
+std::string type_phrase(const Json& type) {
+    std::string phrase;
+    for (const std::string& name : type_names(type)) {
+        if (!phrase.empty()) phrase += " or ";
+        if (name == "null")
+            phrase += "null";
+        else
+            phrase += (name.find_first_of("aeiou") == 0 ? "an " : "a ") + name;
+    }
+    return phrase;
+}
+
+/// What a document holds, for a message: bounded and escaped.
+std::string found(const Json& value) {
+    switch (value.type()) {
+        case Json::value_t::string:
+            return in_quotes(value.get_ref<const std::string&>());
+        case Json::value_t::array:
+            return "an array of " + std::to_string(value.size());
+        case Json::value_t::object:
+            return "an object";
+        default:
+            return value.dump();
+    }
+}
+
+std::string list_of(const Json& values) {
+    std::string text;
+    for (const Json& value : values) text += (text.empty() ? "" : ", ") + found(value);
+    return text;
+}
+
+/// Levenshtein's distance, for suggestions; both words are short.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t above = row[j];
+            row[j] =
+                std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+            diagonal = above;
+        }
+    }
+    return row[b.size()];
+}
+
+/// `; did you mean "…"?` when a known word is near, else "".
+std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
+    constexpr std::size_t kLongestWord = 64;  // bounds the work that one wrong name costs
+    if (word.size() > kLongestWord) return "";
+    std::size_t nearest = 1 + word.size() / 3;  // a third of the letters may differ
+    const std::string* best = nullptr;
+    for (const std::string& candidate : known) {
+        const std::size_t distance = edit_distance(word, candidate);
+        if (distance > nearest || (best && distance == nearest)) continue;
+        nearest = distance;
+        best = &candidate;
+    }
+    return best ? "; did you mean " + in_quotes(*best) + "?" : "";
+}
+
+class Walker {
+  public:
+    Walker(const Json& contract, ProblemList& problems)
+        : contract_(contract), problems_(problems) {}
+
+    Json visit(const Json& reference, const Json& value, const std::string& pointer) {
+        const Json& schema = resolve(contract_, reference);
+        if (schema.contains("oneOf")) return visit_branch(schema, value, pointer);
+        if (!allowed_value(schema, value, pointer)) return value;
+        if (schema.contains("type") && !has_any_type(value, schema["type"])) {
+            const Json later = later_of(schema, "type");
+            problems_.add(pointer, later.is_array() && has_any_type(value, later)
+                                       ? type_phrase(later) + " is not supported yet; allowed: " +
+                                             type_phrase(schema["type"])
+                                       : "is " + found(value) + "; must be " +
+                                             type_phrase(schema["type"]) + range_phrase(schema));
+            return value;
+        }
+        if (value.is_number()) return visit_number(schema, value, pointer);
+        if (value.is_string()) check_length(schema, value, pointer);
+        if (value.is_array()) return visit_array(schema, value, pointer);
+        if (value.is_object()) return visit_object(schema, value, pointer);
+        return value;
+    }
+
+  private:
+    static Json later_of(const Json& schema, const char* keyword) {
+        if (!schema.contains(kLater) || !schema[kLater].contains(keyword)) return nullptr;
+        return schema[kLater][keyword];
+    }
+
+    Json visit_branch(const Json& schema, const Json& value, const std::string& pointer) {
+        std::string types;
+        for (const Json& branch : schema["oneOf"]) {
+            const Json& target = resolve(contract_, branch);
+            if (has_any_type(value, target["type"])) return visit(target, value, pointer);
+            types += (types.empty() ? "" : " or ") + type_phrase(target["type"]);
+        }
+        problems_.add(pointer, "is " + found(value) + "; must be " + types);
+        return value;
+    }
+
+    bool allowed_value(const Json& schema, const Json& value, const std::string& pointer) {
+        if (schema.contains("const") && value != schema["const"]) {
+            problems_.add(pointer,
+                          found(value) + " is not allowed; allowed: " + found(schema["const"]));
+            return false;
+        }
+        if (!schema.contains("enum")) return true;
+        const Json& allowed = schema["enum"];
+        if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return true;
+        const Json later = later_of(schema, "enum");
+        const bool is_later = std::find(later.begin(), later.end(), value) != later.end();
+        std::string message = found(value) +
+                              (is_later ? " is not supported yet" : " is not allowed") +
+                              "; allowed: " + list_of(allowed);
+        if (value.is_string() && !is_later)
+            message += suggestion(value.get_ref<const std::string&>(),
+                                  allowed.get<std::vector<std::string>>());
+        problems_.add(pointer, message);
+        return false;
+    }
+
+    static std::string range_phrase(const Json& schema) {
+        if (!schema.contains("minimum") || !schema.contains("maximum")) return "";
+        return " in " + schema["minimum"].dump() + "…" + schema["maximum"].dump() +
+               unit_phrase(schema);
+    }
+    static std::string unit_phrase(const Json& schema) {
+        return schema.contains("x-kiln-unit") ? " " + schema["x-kiln-unit"].get<std::string>() : "";
+    }
+
+    Json visit_number(const Json& schema, const Json& value, const std::string& pointer) {
+        // long double has 64 bits of precision at least where int64 and uint64 have to compare
+        // exactly.
+        const auto exact = [](const Json& number) -> long double {
+            if (number.is_number_unsigned())
+                return static_cast<long double>(number.get<std::uint64_t>());
+            if (number.is_number_integer())
+                return static_cast<long double>(number.get<std::int64_t>());
+            return number.get<double>();
+        };
+        const long double number = exact(value);
+        const bool low = schema.contains("minimum") && number < exact(schema["minimum"]);
+        const bool high = schema.contains("maximum") && number > exact(schema["maximum"]);
+        if (low || high) {
+            const std::string range = range_phrase(schema);
+            const std::string bound = low ? " at least " + schema["minimum"].dump()
+                                          : " at most " + schema["maximum"].dump();
+            problems_.add(pointer, "is " + value.dump() + "; must be" +
+                                       (range.empty() ? bound + unit_phrase(schema) : range));
+            return value;
+        }
+        constexpr double kExactIntegers = 9007199254740992.0;  // 2^53
+        if (schema.value("type", Json()) == "integer" && value.is_number_float() &&
+            std::abs(value.get<double>()) <= kExactIntegers)
+            return static_cast<std::int64_t>(value.get<double>());
+        return value;
+    }
+
+    void check_length(const Json& schema, const Json& value, const std::string& pointer) {
+        const auto& text = value.get_ref<const std::string&>();
+        // JSON Schema counts characters: every byte that does not continue a UTF-8 sequence.
+        const auto length =
+            static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+                return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+            }));
+        check_count(schema, "minLength", "maxLength", length, "characters", pointer);
+    }
+
+    bool check_count(const Json& schema, const char* low, const char* high, std::size_t count,
+                     const std::string& unit, const std::string& pointer) {
+        const std::size_t least = schema.value(low, std::size_t{0});
+        const std::size_t most = schema.value(high, std::size_t{SIZE_MAX});
+        if (count >= least && count <= most) return true;
+        const std::string allowed = most == SIZE_MAX ? "at least " + std::to_string(least)
+                                    : least == most
+                                        ? std::to_string(least)
+                                        : std::to_string(least) + "…" + std::to_string(most);
+        const Json later = later_of(schema, high);
+        const bool is_later =
+            later.is_number() && count > most && count <= later.get<std::size_t>();
+        problems_.add(pointer,
+                      "has " + std::to_string(count) + " " + unit +
+                          (is_later ? ", which is not supported yet; allowed: " : "; allowed: ") +
+                          allowed);
+        return false;
+    }
+
+    Json visit_array(const Json& schema, const Json& value, const std::string& pointer) {
+        if (!check_count(schema, "minItems", "maxItems", value.size(), "entries", pointer))
+            return value;
+        Json result = Json::array();
+        for (std::size_t i = 0; i < value.size(); ++i) {
+            const std::string place = join_pointer(pointer, std::to_string(i));
+            result.push_back(schema.contains("items") ? visit(schema["items"], value[i], place)
+                                                      : value[i]);
+            if (!schema.value("uniqueItems", false)) continue;
+            const auto end = value.begin() + static_cast<std::ptrdiff_t>(i);
+            const auto first = std::find(value.begin(), end, value[i]);
+            if (first != end)
+                problems_.add(place,
+                              found(value[i]) + " stands already at " +
+                                  join_pointer(pointer, std::to_string(first - value.begin())) +
+                                  "; every entry must differ");
+        }
+        return result;
+    }
+
+    Json visit_object(const Json& schema, const Json& value, const std::string& pointer) {
+        static const Json kNone = Json::object();
+        const Json& properties = schema.contains("properties") ? schema["properties"] : kNone;
+        Json result = value;
+        for (const Json& name : schema.value("required", Json::array())) {
+            const auto& text = name.get_ref<const std::string&>();
+            if (!value.contains(text))
+                problems_.add(join_pointer(pointer, text), "is required and missing");
+        }
+        for (const auto& [name, member] : value.items()) {
+            const std::string place = join_pointer(pointer, name);
+            if (properties.contains(name))
+                result[name] = visit(properties[name], member, place);
+            else if (const Json extra = schema.value("additionalProperties", Json(true));
+                     extra.is_object())
+                result[name] = visit(extra, member, place);
+            else if (extra == false)
+                refuse_name(schema, properties, name, place);
+        }
+        for (const auto& [name, property] : properties.items()) {
+            const Json& target = resolve(contract_, property);
+            if (!value.contains(name) && target.contains("default"))
+                result[name] = visit(target, target["default"], join_pointer(pointer, name));
+        }
+        return result;
+    }
+
+    void refuse_name(const Json& schema, const Json& properties, const std::string& name,
+                     const std::string& pointer) {
+        std::vector<std::string> known;
+        for (const auto& [word, property] : properties.items()) known.push_back(word);
+        const Json later = later_of(schema, "properties");
+        const bool is_later = std::find(later.begin(), later.end(), Json(name)) != later.end();
+        std::string message = "the field " + in_quotes(name) +
+                              (is_later ? " is not supported yet" : " is unknown") +
+                              "; allowed: " + list_of(Json(known));
+        if (!is_later) message += suggestion(name, known);
+        problems_.add(pointer, message);
+    }
+
+    const Json& contract_;
+    ProblemList& problems_;
+};
+
+[[noreturn]] void refuse_schema(const std::string& place, const std::string& message) {
+    throw Error("contract", "api/openapi.json, " + place + ": " + message);
+}
+
+void check_branches(const Json& contract, const Json& schema, const std::string& place) {
+    std::vector<std::string> seen;
+    for (const Json& branch : schema["oneOf"]) {
+        const Json& target = resolve(contract, branch);
+        if (!target.contains("type")) refuse_schema(place, "a branch of oneOf has no type");
+        for (const std::string& name : type_names(target["type"])) {
+            if (std::find(seen.begin(), seen.end(), name) != seen.end())
+                refuse_schema(place, "two branches of oneOf take the type " + name);
+            seen.push_back(name);
+        }
+    }
+}
+
+}  // namespace
+
+void ProblemList::add(const std::string& pointer, const std::string& message) {
+    if (found_.size() < count_max_)
+        found_.push_back({pointer, message});
+    else
+        ++left_out_;
+}
+
+bool ProblemList::sound(std::string_view pointer) const {
+    if (left_out_ > 0) return false;  // where those are is not known
+    const auto covers = [](std::string_view above, std::string_view below) {
+        return below.starts_with(above) &&
+               (below.size() == above.size() || below[above.size()] == '/');
+    };
+    return std::none_of(found_.begin(), found_.end(), [&](const Problem& problem) {
+        return covers(problem.pointer, pointer) || covers(pointer, problem.pointer);
+    });
+}
+
+std::vector<Problem> ProblemList::take() {
+    if (left_out_ > 0)
+        found_.push_back({"", "and " + std::to_string(left_out_) + " more problems"});
+    return std::move(found_);
+}
+
+nlohmann::json walk_schema(const nlohmann::json& contract, const nlohmann::json& schema,
+                           const nlohmann::json& instance, ProblemList& problems) {
+    return Walker(contract, problems).visit(schema, instance, "");
+}
+
+void check_schema(const nlohmann::json& contract, const nlohmann::json& schema,
+                  const std::string& place) {
+    constexpr std::array<std::string_view, 24> kKnown = {"$ref",
+                                                         "type",
+                                                         "enum",
+                                                         "const",
+                                                         "minimum",
+                                                         "maximum",
+                                                         "minItems",
+                                                         "maxItems",
+                                                         "items",
+                                                         "minLength",
+                                                         "maxLength",
+                                                         "uniqueItems",
+                                                         "required",
+                                                         "properties",
+                                                         "default",
+                                                         "oneOf",
+                                                         "additionalProperties",
+                                                         "title",
+                                                         "description",
+                                                         "examples",
+                                                         kLater,
+                                                         "x-kiln-unit",
+                                                         "x-kiln-pixels",
+                                                         "$comment"};
+    if (!schema.is_object()) refuse_schema(place, "a schema must be an object");
+    for (const auto& [keyword, value] : schema.items()) {
+        if (std::find(kKnown.begin(), kKnown.end(), keyword) == kKnown.end())
+            refuse_schema(place,
+                          "the schema walker does not know the keyword " + in_quotes(keyword));
+    }
+    if (schema.contains("$ref")) {
+        if (schema.size() > 1) refuse_schema(place, "draft 7 ignores what stands beside $ref");
+        const auto& reference = schema["$ref"].get_ref<const std::string&>();
+        if (!reference.starts_with("#/") ||
+            !contract.contains(Json::json_pointer(reference.substr(1))))
+            refuse_schema(place, "$ref leads nowhere: " + in_quotes(reference));
+    }
+    if (schema.contains("oneOf")) {
+        check_branches(contract, schema, place);
+        for (const Json& branch : schema["oneOf"]) check_schema(contract, branch, place + "/oneOf");
+    }
+    if (schema.contains("items")) check_schema(contract, schema["items"], place + "/items");
+    if (schema.contains("additionalProperties") && !schema["additionalProperties"].is_boolean())
+        check_schema(contract, schema["additionalProperties"], place + "/additionalProperties");
+    if (!schema.contains("properties")) return;
+    for (const auto& [name, property] : schema["properties"].items())
+        check_schema(contract, property, place + "/" + name);
+}
+
+}  // namespace kiln

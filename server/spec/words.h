@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+template <class T, class... Set>
+concept OneOf = (std::same_as<T, Set> || ...);
+
+/// The closed sets that a job document spells as words.
+template <class T>
+concept JobEnum = OneOf<T, Quantity, Parameter, Mapping, Grid, Sampler, Importance, Distribution,
+                        Masking, Precision, DeviceChoice, ImageFormat, PixelType>;
+
+/// The words of a closed set, in the order of its enumerators.
+template <JobEnum E>
+std::span<const std::string_view> words();
+
+template <JobEnum E>
+std::string_view to_word(E value) {
+    return words<E>()[static_cast<std::size_t>(value)];
+}
+
+/// Empty when the set has no such word.
+template <JobEnum E>
+std::optional<E> from_word(std::string_view word) {
+    const auto all = words<E>();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (all[i] == word) return static_cast<E>(i);
+    }
+    return std::nullopt;
+}
+
+/// False for what is a function of roughness alone, so that a table of one axis holds it.
+bool depends_on_NoV(Quantity quantity);
+
+}  // namespace kiln
