@@ -17,19 +17,24 @@ using Metadata = std::vector<std::pair<std::string, std::string>>;
 
 struct Encoded {
     std::string bytes;
-    std::string extension;                 ///< "exr" or "png"
-    std::vector<double> quantisation_max;  ///< per channel: largest |stored − given| among values that fit
-    std::vector<std::uint64_t> clamped;    ///< per channel: values that did not fit the pixel type
+    std::string extension;  ///< "exr" or "png"
+    /// Per channel: largest |stored − given| among the values that fit the pixel type.
+    std::vector<double> quantisation_max;
+    std::vector<std::uint64_t> clamped;  ///< per channel: values that did not fit
 };
 
-/// Raised whenever the bytes that an encoder writes for the same table change; part of the image key.
+/// Raised whenever an encoder writes other bytes for the same table; part of the image key.
 inline constexpr int kEncoderRevision = 1;
 
-/// Throws Error("cannot_encode") for a table that the format cannot hold (more than four channels in a PNG, …).
-/// Equal input gives equal bytes. Memory beside the table and the result stays below a few scan lines.
-Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata);
+/// Throws Error("cannot_encode") for a table that the format cannot hold (more than four channels
+/// in a PNG, …). Error("non_finite") for a value that is no finite number. Metadata keys begin with
+/// "kiln.", values are ASCII. Equal input gives equal bytes. Memory beside the table and the result
+/// stays below a few scan lines a thread. thread_count: threads that may compress a large EXR, 0 =
+/// every core this process may use; same bytes.
+Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
+               unsigned thread_count = 0);
 
-/// Everything that reproduces a table from its job: never a host name, a date, a device or a thread count.
+/// All that reproduces a table from its job: never a host name, date, device or thread count.
 struct Provenance {
     std::string kernel_digest;
     std::string numerics;
@@ -38,7 +43,7 @@ struct Provenance {
 };
 Metadata describe(const JobSpec& job, const Provenance& provenance);
 
-/// The table's convention in words, one line a fact: axes, orientation, grid, roughness mapping, channels.
+/// The table's convention in words, one line a fact: axes, orientation, grid, alpha, channels.
 std::vector<std::string> convention(const JobSpec& job);
 
 /// A file as read back; for the command line's `info` and `diff` and for tests, never on a server.

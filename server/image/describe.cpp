@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <string>
+
+#include "server/base/version.h"
+#include "server/image/image.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+constexpr const char* kAlphaMapping = "alpha = roughness^2";
+constexpr const char* kColor = "linear data, no transfer function";
+
+// Shortest text that reads back as the same double.
+std::string number(double value) {
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+    return {text, end};
+}
+
+std::string text(std::string_view word) { return std::string(word); }
+
+std::string joined(const std::vector<std::string>& parts, const char* separator) {
+    std::string out;
+    for (const auto& part : parts) out += (out.empty() ? "" : separator) + part;
+    return out;
+}
+
+bool is_split_sum(Quantity q) {
+    return q == Quantity::split_sum_scale || q == Quantity::split_sum_bias;
+}
+
+bool has_fresnel(const JobSpec& job) {
+    return std::any_of(job.quantities.begin(), job.quantities.end(), is_split_sum);
+}
+
+const char* meaning(Quantity quantity) {
+    switch (quantity) {
+        case Quantity::split_sum_scale:
+            return " (A), multiplies F0: albedo(F0, F90) = F0 A + F90 B";
+        case Quantity::split_sum_bias:
+            return " (B), multiplies F90: albedo(F0, F90) = F0 A + F90 B";
+        case Quantity::directional_albedo:
+            return ", E(NoV, roughness) with F = 1";
+        case Quantity::average_albedo:
+            return ", E_avg(roughness) = 2 * integral of E mu dmu over 0..1, equal for every NoV";
+        case Quantity::multiscatter_albedo:
+            return ", integral of f_ms times the cosine (Kulla and Conty 2017): 1 - E with F = 1";
+    }
+    return "";
+}
+
+std::string masking_words(Masking masking) {
+    switch (masking) {
+        case Masking::smith_correlated:
+            return "height-correlated Smith (Heitz 2014)";
+        case Masking::smith_separable:
+            return "separable Smith, G1(V) G1(L)";
+    }
+    return "";
+}
+
+std::string channel_name(const JobSpec& job, std::size_t index) {
+    if (job.quantities.size() > 4) return text(to_word(job.quantities[index]));
+    return std::string(1, "RGBA"[index]);
+}
+
+std::vector<std::string> channel_lines(const JobSpec& job) {
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < job.quantities.size(); ++i) {
+        const std::string quantity = text(to_word(job.quantities[i]));
+        const std::string name = channel_name(job, i);
+        lines.push_back((name == quantity ? "" : name + ": ") + quantity +
+                        meaning(job.quantities[i]));
+    }
+    if (job.format == ImageFormat::png && job.quantities.size() == 2)
+        lines.emplace_back("B: 0, carries no quantity (PNG has no two-channel colour)");
+    return lines;
+}
+
+// The axis as p(t), t in 0…1 from the start of its range to the end.
+std::string formula(const Axis& axis) {
+    const std::string p = text(to_word(axis.parameter));
+    const std::string lo = number(axis.lo), hi = number(axis.hi);
+    const bool whole = axis.lo == 0 && axis.hi == 1;
+    switch (axis.mapping) {
+        case Mapping::linear:
+            return p + " = " + (whole ? "t" : lo + " + (" + hi + " - " + lo + ") t");
+        case Mapping::sqrt:
+            return p + " = " +
+                   (whole ? "t^2"
+                          : "(sqrt(" + lo + ") + (sqrt(" + hi + ") - sqrt(" + lo + ")) t)^2");
+        case Mapping::square:
+            return p + " = " +
+                   (whole ? "sqrt(t)" : "sqrt(" + lo + "^2 + (" + hi + "^2 - " + lo + "^2) t)");
+    }
+    return "";
+}
+
+const char* mapping_words(Mapping mapping) {
+    switch (mapping) {
+        case Mapping::linear:
+            return "linear in ";
+        case Mapping::sqrt:
+            return "linear in the square root of ";
+        case Mapping::square:
+            return "linear in the square of ";
+    }
+    return "";
+}
+
+std::string axis_line(const JobSpec& job, std::size_t index) {
+    const Axis& axis = job.axes[index];
+    const std::string n = std::to_string(job.resolution[index]);
+    const char* letter = index == 0 ? "x" : "y";
+    const char* coordinate = index == 0 ? "u" : "v";
+    const char* unit = index == 0 ? "column" : "row";
+    const bool centers = axis.grid == Grid::center;
+    const double first = axis.flip ? axis.hi : axis.lo, last = axis.flip ? axis.lo : axis.hi;
+
+    std::string place = centers ? "(i + 0.5)/" + n : "i/(" + n + " - 1)";
+    if (job.resolution[index] == 1) place = centers ? "0.5" : "0";
+    const std::string t = axis.flip ? "1 - t" : "t";
+    std::string line = std::string(letter) + ": " + text(to_word(axis.parameter)) + " from " +
+                       number(first) + " (" + (index == 0 ? "left" : "row 0, top of the image") +
+                       ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
+                       mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
+                       (centers ? ", texel centres: " : ", nodes at the texels: ") + unit +
+                       " i of " + n + " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " +
+                       formula(axis) + "; look up at " + coordinate + " = ";
+    line += centers ? t : "((" + t + ") (" + n + " - 1) + 0.5)/" + n;
+    return line;
+}
+
+std::vector<std::string> axis_lines(const JobSpec& job) {
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < job.axes.size(); ++i) lines.push_back(axis_line(job, i));
+    return lines;
+}
+
+std::vector<std::string> per_axis(const JobSpec& job, std::string (*of)(const Axis&)) {
+    std::vector<std::string> words;
+    for (std::size_t i = 0; i < job.axes.size(); ++i)
+        words.push_back(std::string(i == 0 ? "x" : "y") + " " + of(job.axes[i]));
+    return words;
+}
+
+}  // namespace
+
+Metadata describe(const JobSpec& job, const Provenance& provenance) {
+    std::vector<std::string> quantities;
+    for (const Quantity q : job.quantities) quantities.push_back(text(to_word(q)));
+    const auto grid = [](const Axis& axis) { return text(to_word(axis.grid)); };
+
+    Metadata out = {
+        {"kiln.job", canonical(job)},
+        {"kiln.quantities", joined(quantities, " ")},
+        {"kiln.channels", joined(channel_lines(job), "\n")},
+        {"kiln.axes", joined(axis_lines(job), "\n")},
+        {"kiln.grid", joined(per_axis(job, grid), ", ")},
+        {"kiln.layout", job.layout},
+        {"kiln.alpha_mapping", kAlphaMapping},
+        {"kiln.distribution", text(to_word(job.distribution))},
+        {"kiln.masking", text(to_word(job.masking))},
+        {"kiln.fresnel", has_fresnel(job) ? "schlick" : "none"},
+        {"kiln.sampler", text(to_word(job.sampler))},
+        {"kiln.importance", text(to_word(job.importance))},
+        {"kiln.sample_count", std::to_string(job.sample_count)},
+        {"kiln.seed", std::to_string(job.seed)},
+        {"kiln.version", kVersion},
+        {"kiln.kernel_digest", provenance.kernel_digest},
+        {"kiln.encoder_revision", std::to_string(kEncoderRevision)},
+        {"kiln.numerics", provenance.numerics},
+        {"kiln.key", provenance.key},
+        {"kiln.color", kColor},
+    };
+    if (provenance.standard_error_max)
+        out.emplace_back("kiln.standard_error_max", number(*provenance.standard_error_max));
+    return out;
+}
+
+std::vector<std::string> convention(const JobSpec& job) {
+    std::vector<std::string> lines = axis_lines(job);
+    for (auto& line : channel_lines(job)) lines.push_back(std::move(line));
+    lines.emplace_back(kAlphaMapping);
+    lines.push_back("distribution: " + text(to_word(job.distribution)) + " (Walter et al. 2007)");
+    lines.push_back("masking: " + masking_words(job.masking));
+    if (has_fresnel(job))
+        lines.emplace_back("Fresnel: Schlick 1994, F = F0 + (F90 - F0)(1 - VoH)^5");
+    lines.emplace_back("V points away from the surface, NoV = cos(theta)");
+    lines.push_back(std::string("values: ") + kColor);
+    lines.emplace_back("lookup: bilinear, clamp to edge, no mipmaps");
+    return lines;
+}
+
+}  // namespace kiln

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/image/image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "server/base/error.h"
+#include "server/image/codec.h"
+
+namespace kiln {
+namespace {
+
+[[noreturn]] void cannot_encode(const std::string& why) { throw Error("cannot_encode", why); }
+
+void check_shape(const Table& table) {
+    if (table.width == 0 || table.height == 0) cannot_encode("the table has no texels");
+    if (table.width > codec::kDecodeSideMax || table.height > codec::kDecodeSideMax)
+        cannot_encode("the table is larger than " + std::to_string(codec::kDecodeSideMax) +
+                      " texels on a side");
+    if (table.planes.empty() || table.planes.size() > codec::kDecodeChannelsMax)
+        cannot_encode("a table has 1 to " + std::to_string(codec::kDecodeChannelsMax) +
+                      " channels, this one has " + std::to_string(table.planes.size()));
+    if (table.channels.size() != table.planes.size())
+        cannot_encode("the table has " + std::to_string(table.planes.size()) + " planes and " +
+                      std::to_string(table.channels.size()) + " channel names");
+    for (const auto& plane : table.planes)
+        if (plane.size() != table.width * table.height)
+            cannot_encode("a plane of the table has " + std::to_string(plane.size()) +
+                          " values instead of width x height");
+    const std::set<std::string> names(table.channels.begin(), table.channels.end());
+    if (names.size() != table.channels.size() || names.contains(""))
+        cannot_encode("channel names must be there and differ from each other");
+}
+
+void check_finite(const Table& table) {
+    for (std::size_t channel = 0; channel < table.planes.size(); ++channel) {
+        const auto& plane = table.planes[channel];
+        const auto bad =
+            std::find_if(plane.begin(), plane.end(), [](float v) { return !std::isfinite(v); });
+        if (bad == plane.end()) continue;
+        const auto texel = static_cast<std::size_t>(bad - plane.begin());
+        throw Error("non_finite", "channel " + table.channels[channel] + " is " +
+                                      (std::isnan(*bad) ? "not a number" : "infinite") +
+                                      " at column " + std::to_string(texel % table.width) +
+                                      ", row " + std::to_string(texel / table.width));
+    }
+}
+
+bool is_text(char c) { return (c >= ' ' && c <= '~') || c == '\n'; }
+
+bool is_key_char(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
+}
+
+// EXR holds attribute names of up to 31 bytes, PNG's tEXt holds Latin-1: what both hold alike is
+// ASCII.
+void check_metadata(const Metadata& metadata) {
+    std::set<std::string> seen;
+    for (const auto& [key, value] : metadata) {
+        if (!key.starts_with("kiln.") || key.size() > 31 || !std::ranges::all_of(key, is_key_char))
+            cannot_encode("a metadata key is not of the form kiln.name, at most 31 characters");
+        if (!seen.insert(key).second) cannot_encode("metadata key " + key + " is there twice");
+        if (!std::ranges::all_of(value, is_text))
+            cannot_encode("the value of metadata key " + key + " is not printable ASCII");
+    }
+}
+
+}  // namespace
+
+namespace codec {
+
+void check_decode_size(std::size_t width, std::size_t height, std::size_t channels,
+                       std::size_t bytes_per_value, std::size_t file_bytes) {
+    const auto refuse = [](const std::string& why) { throw Error("cannot_decode", why); };
+    if (width == 0 || height == 0 || width > kDecodeSideMax || height > kDecodeSideMax)
+        refuse("an image of " + std::to_string(width) + " x " + std::to_string(height) +
+               " texels; at least 1 and at most " + std::to_string(kDecodeSideMax) +
+               " on a side can be read");
+    if (channels == 0 || channels > kDecodeChannelsMax)
+        refuse("an image of " + std::to_string(channels) + " channels; 1 to " +
+               std::to_string(kDecodeChannelsMax) + " can be read");
+    // Deflate reaches 1032:1 at most (zlib, "Technical Details"), run lengths in EXR 64:1: a larger
+    // claim is a lie. All factors are small enough for 64 bits: 2^13 * 2^13 * 2^6 * 2^2.
+    if (width * height * channels * bytes_per_value / 1032 > file_bytes)
+        refuse("the file is too short for the image that its header announces");
+}
+
+}  // namespace codec
+
+Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
+               unsigned thread_count) {
+    check_shape(table);
+    check_metadata(metadata);
+    check_finite(table);
+    return format == ImageFormat::exr ? codec::encode_exr(table, pixel, metadata, thread_count)
+                                      : codec::encode_png(table, pixel, metadata);
+}
+
+Decoded decode(std::string_view bytes) {
+    if (bytes.starts_with(codec::kExrMagic)) return codec::decode_exr(bytes);
+    if (bytes.starts_with(codec::kPngMagic)) return codec::decode_png(bytes);
+    throw Error("cannot_decode",
+                "the file is neither EXR nor PNG (its first bytes are not theirs)");
+}
+
+}  // namespace kiln

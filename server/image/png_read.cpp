@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <png.h>
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+
+#include "server/base/error.h"
+#include "server/image/codec.h"
+
+namespace kiln::codec {
+namespace {
+
+// All that must outlive a longjmp out of libpng stands here, outside the functions that call
+// setjmp.
+struct Reader {
+    std::string_view bytes;
+    std::size_t at = 0;
+    std::string error;
+    std::vector<png_byte> row;
+    Decoded out;
+    std::size_t channels = 0;
+    int bit_depth = 0;
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+
+    ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+};
+
+[[noreturn]] void on_error(png_structp png, png_const_charp message) {
+    static_cast<Reader*>(png_get_error_ptr(png))->error = message;
+    png_longjmp(png, 1);
+}
+
+void on_warning(png_structp, png_const_charp) {}
+
+void on_read(png_structp png, png_bytep data, png_size_t byte_count) {
+    auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
+    if (byte_count > reader.bytes.size() - reader.at) png_error(png, "the file is cut short");
+    std::memcpy(data, reader.bytes.data() + reader.at, byte_count);
+    reader.at += byte_count;
+}
+
+bool read_header(Reader& r) {
+    if (setjmp(png_jmpbuf(r.png)) != 0) return false;
+    png_set_read_fn(r.png, &r, on_read);
+    png_set_user_limits(r.png, kDecodeSideMax, kDecodeSideMax);
+    png_set_chunk_cache_max(r.png, 256);
+    png_set_chunk_malloc_max(r.png, 4U << 20U);
+    // A damaged text chunk is damage too, not something to step over.
+    png_set_crc_action(r.png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
+    png_read_info(r.png, r.info);
+    return true;
+}
+
+void check_header(Reader& r) {
+    const auto refuse = [](const std::string& why) { throw Error("cannot_decode", "PNG: " + why); };
+    const int colour = png_get_color_type(r.png, r.info);
+    if (colour != PNG_COLOR_TYPE_GRAY && colour != PNG_COLOR_TYPE_RGB &&
+        colour != PNG_COLOR_TYPE_RGB_ALPHA)
+        refuse("only gray, RGB and RGBA images are read, without palette");
+    r.bit_depth = png_get_bit_depth(r.png, r.info);
+    if (r.bit_depth != 8 && r.bit_depth != 16) refuse("only 8 and 16 bits a channel are read");
+    if (png_get_interlace_type(r.png, r.info) != PNG_INTERLACE_NONE)
+        refuse("interlaced images are not read");
+    r.channels = png_get_channels(r.png, r.info);
+    Table& table = r.out.table;
+    table.width = png_get_image_width(r.png, r.info);
+    table.height = png_get_image_height(r.png, r.info);
+    const auto value_bytes = static_cast<std::size_t>(r.bit_depth / 8);
+    check_decode_size(table.width, table.height, r.channels, value_bytes, r.bytes.size());
+
+    r.out.format = "png";
+    r.out.pixel = r.bit_depth == 8 ? "uint8" : "uint16";
+    // A gray image is a table of one channel, which is R in every format.
+    const std::vector<std::string> rgba = {"R", "G", "B", "A"};
+    table.channels.assign(rgba.begin(), rgba.begin() + static_cast<std::ptrdiff_t>(r.channels));
+    table.planes.assign(r.channels, std::vector<float>(table.width * table.height));
+    r.row.resize(table.width * r.channels * value_bytes);
+}
+
+void take_row(Reader& r, std::size_t y) {
+    const double code_max = r.bit_depth == 8 ? 255.0 : 65535.0;
+    Table& table = r.out.table;
+    for (std::size_t x = 0; x < table.width; ++x)
+        for (std::size_t c = 0; c < r.channels; ++c) {
+            const std::size_t i = x * r.channels + c;
+            const unsigned code =
+                r.bit_depth == 8 ? r.row[i] : (unsigned{r.row[2 * i]} << 8U | r.row[2 * i + 1]);
+            table.planes[c][y * table.width + x] = static_cast<float>(code / code_max);
+        }
+}
+
+bool read_rows(Reader& r) {
+    if (setjmp(png_jmpbuf(r.png)) != 0) return false;
+    for (std::size_t y = 0; y < r.out.table.height; ++y) {
+        png_read_row(r.png, r.row.data(), nullptr);
+        take_row(r, y);
+    }
+    png_read_end(r.png, r.info);
+    return true;
+}
+
+}  // namespace
+
+Decoded decode_png(std::string_view bytes) {
+    Reader reader;
+    reader.bytes = bytes;
+    reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
+    if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
+    if (reader.info == nullptr) throw std::bad_alloc();
+    const auto fail = [&] { throw Error("cannot_decode", "PNG: " + reader.error); };
+    if (!read_header(reader)) fail();
+    check_header(reader);
+    if (!read_rows(reader)) fail();
+
+    png_textp texts = nullptr;
+    const int count = png_get_text(reader.png, reader.info, &texts, nullptr);
+    for (int i = 0; i < count; ++i)
+        reader.out.metadata.emplace_back(
+            texts[i].key, std::string(texts[i].text == nullptr ? "" : texts[i].text));
+    return std::move(reader.out);
+}
+
+}  // namespace kiln::codec
