@@ -77,7 +77,7 @@ void DiskBlobStore::State::evict(std::uint64_t target) {
 void DiskBlobStore::State::make_room(std::uint64_t bytes) {
     walk();
     const std::uint64_t rest = bytes_max - in_flight - bytes;
-    if (walked_bytes > rest) evict(std::min(rest, bytes_max / 10 * 9));
+    if (walked_bytes > rest) evict(rest - std::min(rest, bytes_max / 10));
     entries = {};
 }
 
