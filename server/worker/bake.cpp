@@ -5,8 +5,10 @@
 #include <chrono>
 
 #include "server/base/sha256.h"
+#include "server/compute/kernel_digest.h"
 #include "server/image/image.h"
 #include "server/spec/spec.h"
+#include "server/spec/words.h"
 
 namespace kiln {
 
@@ -26,26 +28,14 @@ std::optional<double> largest_standard_error(const Report& report) {
     return largest;
 }
 
-std::string pixel_name(PixelType pixel) {
-    switch (pixel) {
-        case PixelType::half:
-            return "half";
-        case PixelType::float32:
-            return "float";
-        case PixelType::uint8:
-            return "8-bit";
-        case PixelType::uint16:
-            return "16-bit";
-    }
-    return "";
-}
-
 /// A quantity without an entry of its own is the encoder's channel that nobody measured: it gets
 /// one, so that the quantisation of every stored channel is told.
 ChannelError& entry_of(Report& report, const std::string& quantity) {
     for (ChannelError& channel : report.error)
         if (channel.quantity == quantity) return channel;
-    return report.error.emplace_back(ChannelError{.quantity = quantity});
+    ChannelError& channel = report.error.emplace_back();
+    channel.quantity = quantity;
+    return channel;
 }
 
 void tell_pixel_losses(Report& report, const std::vector<std::string>& channels, PixelType pixel,
@@ -55,7 +45,7 @@ void tell_pixel_losses(Report& report, const std::vector<std::string>& channels,
             entry_of(report, channels[c]).quantisation_max = encoded.quantisation_max[c];
         if (c < encoded.clamped.size() && encoded.clamped[c] != 0)
             report.warnings.push_back(channels[c] + ": " + std::to_string(encoded.clamped[c]) +
-                                      " texels lay outside what " + pixel_name(pixel) +
+                                      " texels lay outside what " + std::string(to_word(pixel)) +
                                       " pixels hold and were clamped to it");
     }
     if (pixel == PixelType::uint8)

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "client/failure.h"
+#include "client/terminal.h"
+
+namespace kiln::client {
+
+/// Where `kilnd serve` listens unless told otherwise.
+inline constexpr const char* kDefaultServer = "http://127.0.0.1:8117";
+
+struct BakeOptions {
+    std::string job;                    ///< file, or "-" for standard input
+    std::vector<std::string> settings;  ///< field=value
+    std::string output;                 ///< file, or "-" for standard output
+    std::string report;                 ///< file, or "" for none
+    std::string server;                 ///< "" where none was named
+    bool local = false;
+    double timeout_s = 0;  ///< 0 = none
+    bool json = false;
+    ProgressMode progress = ProgressMode::automatic;
+};
+
+struct ServerOptions {
+    std::string server;  ///< "" where none was named
+    bool json = false;
+};
+
+// Each command writes its data to standard output and everything else to standard error, and
+// returns its exit status or throws Failure, or what the rooms below throw.
+Exit bake(const BakeOptions& options);
+Exit info(const std::string& path, bool json);
+/// Exit::different above max_error in any texel, for NaN, and for files of different sizes or
+/// channels.
+Exit diff(const std::string& a, const std::string& b, double max_error, bool json);
+Exit devices(bool json);
+Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);
+/// `id` may be the start of an id that fits one job alone.
+Exit cancel(const ServerOptions& options, const std::string& id);
+
+}  // namespace kiln::client

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// `ls` and `cancel`: the jobs of a server.
+#include <cstdio>
+
+#include "client/api.h"
+#include "client/commands.h"
+#include "client/json.h"
+#include "server/base/sha256.h"
+
+namespace kiln::client {
+
+namespace {
+
+constexpr std::size_t kIdShown = 12;   // enough to name one job among millions
+constexpr std::size_t kPrefixMin = 8;  // shorter starts are slips of the keyboard
+constexpr std::size_t kSearchMax = 10000;
+
+Api server_of(const ServerOptions& options) {
+    return Api(options.server.empty() ? kDefaultServer : options.server, [] { return false; });
+}
+
+std::string full_id(Api& api, const std::string& id) {
+    if (is_sha256_hex(id)) return id;
+    const bool hex = id.find_first_not_of("0123456789abcdef") == std::string::npos;
+    if (!hex || id.size() < kPrefixMin || id.size() > 64)
+        throw Failure(Exit::usage, "bad_id",
+                      "a job id is 64 lower-case hex digits, or the first " +
+                          std::to_string(kPrefixMin) + " or more of them");
+    std::string found;
+    for (const JobStatus& job : api.list("", kSearchMax)) {
+        if (!job.id.starts_with(id)) continue;
+        if (!found.empty())
+            throw Failure(Exit::usage, "ambiguous_id", "several jobs start with " + id);
+        found = job.id;
+    }
+    if (found.empty()) throw Failure(Exit::failed, "not_found", "no job starts with " + id);
+    return found;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text;
+}
+
+}  // namespace
+
+Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max) {
+    Api api = server_of(options);
+    const std::vector<JobStatus> jobs = api.list(state, count_max);
+    if (options.json) {
+        std::printf("%s\n", jobs_json(jobs).c_str());
+        return Exit::done;
+    }
+    if (jobs.empty()) {
+        say("kiln: no jobs at " + printable(api.url()));
+        return Exit::done;
+    }
+    for (const JobStatus& job : jobs) {
+        const std::string what = job.error_code.empty() ? joined(job.quantities)
+                                                        : job.error_code + ": " + job.error_detail;
+        std::printf("%s  %-9s  %3.0f %%%s\n", job.id.substr(0, kIdShown).c_str(),
+                    printable(job.state).c_str(), 100 * job.progress,
+                    what.empty() ? "" : ("  " + printable(what)).c_str());
+    }
+    return Exit::done;
+}
+
+Exit cancel(const ServerOptions& options, const std::string& id) {
+    Api api = server_of(options);
+    const std::string full = full_id(api, id);
+    const bool cancelled = api.cancel(full);
+    if (!cancelled)
+        throw Failure(Exit::failed, "finished", "job " + full + " has finished already");
+    if (options.json)
+        std::printf("{\"id\": \"%s\", \"cancelled\": true}\n", full.c_str());
+    else
+        say("kiln: cancelled " + full);
+    return Exit::done;
+}
+
+}  // namespace kiln::client

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/compare.h"
+#include "server/base/error.h"
+#include "server/compute/engine.h"
+#include "server/compute/report.h"
+#include "server/image/image.h"
+#include "server/spec/spec.h"
+
+/// Every JSON text that the command line reads or writes passes here.
+namespace kiln::client {
+
+/// A job as a server tells of it.
+struct JobStatus {
+    std::string id, state;
+    double progress = 0;
+    bool cached = false;
+    std::optional<double> standard_error_max;
+    std::string error_code, error_detail;
+    std::vector<std::string> quantities;  ///< empty where the answer does not carry the job
+    std::string document;                 ///< the JSON it was read from
+};
+
+struct JobList {
+    std::vector<JobStatus> jobs;
+    std::string next_cursor;  ///< "" on the last page
+};
+
+struct ProblemDocument {
+    std::string code, detail;
+    std::vector<Problem> problems;
+};
+
+// Readers of a server's answers; nullopt where the text is not what the contract says.
+std::optional<JobStatus> read_job_status(std::string_view text);
+std::optional<JobList> read_job_list(std::string_view text);
+std::optional<ProblemDocument> read_problem(std::string_view text);
+std::optional<Report> read_report(std::string_view text);
+/// True for an answer of GET /v1/capabilities.
+bool is_capabilities(std::string_view text);
+
+/// True for a job document that could name /output/format and does not.
+bool lacks_output_format(std::string_view job_text);
+
+// Documents for --json, each one line of text or an indented object, without a line break at the
+// end.
+std::string problem_json(const ProblemDocument& problem);
+std::string info_json(const Decoded& file, const std::vector<ChannelStatistics>& statistics,
+                      const std::vector<std::string>& convention);
+std::string difference_json(const Comparison& comparison, double max_error);
+std::string devices_json(const std::vector<DeviceInfo>& devices);
+std::string jobs_json(const std::vector<JobStatus>& jobs);
+
+}  // namespace kiln::client

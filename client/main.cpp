@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <clocale>
+#include <csignal>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <map>
+#include <new>
+
+#include "client/commands.h"
+#include "client/json.h"
+#include "server/base/version.h"
+
+namespace kiln::client {
+
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit status: 0 done, 1 failed, 2 wrong arguments or files, 3 invalid job, 4 server "
+    "unreachable,\n"
+    "5 timed out, 6 difference found, 130 interrupted.";
+
+/// What the arguments ask for. `run` is set by the subcommand that was named.
+struct Arguments {
+    BakeOptions bake;
+    ServerOptions server;
+    std::string file, other_file, id, state;
+    double max_error = 0;
+    std::size_t count_max = 20;
+    bool json = false;
+    std::function<Exit()> run;
+};
+
+void add_json(CLI::App& command, Arguments& arguments) {
+    command.add_flag("--json", arguments.json, "JSON on standard output, errors included");
+}
+
+void add_server(CLI::App& command, std::string& server) {
+    command
+        .add_option("--server", server,
+                    std::string("server's URL; also KILN_SERVER; else ") + kDefaultServer)
+        ->type_name("URL");
+}
+
+void add_bake(CLI::App& app, Arguments& arguments) {
+    CLI::App& command = *app.add_subcommand("bake", "Bake a job into an EXR or PNG");
+    BakeOptions& options = arguments.bake;
+    command.add_option("job", options.job, "job document, - for standard input")
+        ->required()
+        ->type_name("JOB.json");
+    command
+        .add_option("-o,--output", options.output,
+                    ".exr or .png, - for standard output; chooses the format unless the job does")
+        ->required()
+        ->type_name("FILE");
+    command.add_option("--set", options.settings, "change the job: seed=7, output.pixel=float, …")
+        ->type_name("FIELD=VALUE")
+        ->allow_extra_args(false);
+    command.add_option("--report", options.report, "write the report (error, run time, device)")
+        ->type_name("FILE");
+    add_server(command, options.server);
+    command.add_flag("--local", options.local, "bake in this process, ask no server");
+    command
+        .add_option("--timeout", options.timeout_s,
+                    "give up, and cancel, after this long; 0 = never")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6));
+    const std::map<std::string, ProgressMode> modes{{"auto", ProgressMode::automatic},
+                                                    {"bar", ProgressMode::bar},
+                                                    {"plain", ProgressMode::plain},
+                                                    {"json", ProgressMode::json},
+                                                    {"none", ProgressMode::none}};
+    command
+        .add_option("--progress", options.progress,
+                    "on standard error: auto, bar, plain, json, none")
+        ->type_name("HOW")
+        ->transform(CLI::CheckedTransformer(modes).description(""));
+    add_json(command, arguments);
+    command.footer(
+        "Examples:\n"
+        "  kiln bake examples/split_sum.json -o dfg.exr\n"
+        "  kiln bake examples/split_sum.json --set resolution=[64,64] --set device=native -o "
+        "dfg.png\n"
+        "  kiln bake - -o - --report dfg.json < job.json > dfg.exr\n"
+        "\nWith no server named and none at the usual place, bakes in this process and says so.\n" +
+        std::string(kExitCodes));
+    command.callback([&arguments, &options] {
+        if (options.local && !options.server.empty())
+            throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
+        arguments.run = [&] { return bake(options); };
+    });
+}
+
+void add_files(CLI::App& app, Arguments& arguments) {
+    CLI::App& info_command = *app.add_subcommand("info", "Show what an EXR or PNG holds");
+    info_command.add_option("file", arguments.file, "- for standard input")
+        ->required()
+        ->type_name("FILE");
+    add_json(info_command, arguments);
+    info_command.footer("Example:\n  kiln info dfg.exr");
+    info_command.callback(
+        [&arguments] { arguments.run = [&] { return info(arguments.file, arguments.json); }; });
+
+    CLI::App& diff_command = *app.add_subcommand("diff", "Compare two tables texel by texel");
+    diff_command.add_option("a", arguments.file)->required()->type_name("A");
+    diff_command.add_option("b", arguments.other_file)->required()->type_name("B");
+    diff_command
+        .add_option("--max-error", arguments.max_error,
+                    "largest difference that still passes; else 0")
+        ->type_name("X")
+        ->check(CLI::Range(0.0, std::numeric_limits<double>::max()));
+    add_json(diff_command, arguments);
+    diff_command.footer(
+        "Example:\n  kiln diff before.exr after.exr --max-error 1e-4\n"
+        "\nExit status 6 if any texel differs by more than X, or is NaN in either, or if sizes or "
+        "channel\n"
+        "names differ; 2 if a file cannot be read. Formats and pixel types may differ.");
+    diff_command.callback([&arguments] {
+        arguments.run = [&] {
+            return diff(arguments.file, arguments.other_file, arguments.max_error, arguments.json);
+        };
+    });
+
+    CLI::App& devices_command =
+        *app.add_subcommand("devices", "List what this machine can bake with");
+    add_json(devices_command, arguments);
+    devices_command.callback(
+        [&arguments] { arguments.run = [&] { return devices(arguments.json); }; });
+}
+
+void add_jobs(CLI::App& app, Arguments& arguments) {
+    CLI::App& ls = *app.add_subcommand("ls", "List a server's jobs, newest first");
+    add_server(ls, arguments.server.server);
+    ls.add_option("--state", arguments.state, "queued, running, done, failed or cancelled")
+        ->type_name("STATE")
+        ->check(
+            CLI::IsMember({"queued", "running", "done", "failed", "cancelled"}).description(""));
+    ls.add_option("--limit", arguments.count_max, "at most this many; else 20")
+        ->type_name("N")
+        ->check(CLI::Range(1, 10000));
+    add_json(ls, arguments);
+    ls.footer("Example:\n  kiln ls --state running");
+    ls.callback([&arguments] {
+        arguments.run = [&] {
+            return list_jobs(arguments.server, arguments.state, arguments.count_max);
+        };
+    });
+
+    CLI::App& cancel_command = *app.add_subcommand("cancel", "Cancel a server's job");
+    cancel_command
+        .add_option("id", arguments.id, "job id, or enough of its start to be the only one")
+        ->required()
+        ->type_name("ID");
+    add_server(cancel_command, arguments.server.server);
+    add_json(cancel_command, arguments);
+    cancel_command.footer("Example:\n  kiln cancel 3f9ac51e");
+    cancel_command.callback(
+        [&arguments] { arguments.run = [&] { return cancel(arguments.server, arguments.id); }; });
+}
+
+/// Flags before environment before defaults.
+void take_environment(Arguments& arguments) {
+    const char* server = std::getenv("KILN_SERVER");
+    if (server == nullptr) return;
+    if (arguments.bake.server.empty() && !arguments.bake.local) arguments.bake.server = server;
+    if (arguments.server.server.empty()) arguments.server.server = server;
+}
+
+Exit complain(const Arguments& arguments, Exit exit, const ProblemDocument& problem) {
+    if (arguments.json) std::printf("%s\n", problem_json(problem).c_str());
+    // The pointers and messages below say the same as the summary of them.
+    say("kiln: " + printable(problem.problems.empty() ? problem.detail : "the job is not valid"));
+    for (const Problem& entry : problem.problems)
+        say("  " + printable(entry.pointer.empty() ? "(document)" : entry.pointer) + ": " +
+            printable(entry.message));
+    return exit;
+}
+
+Exit run(Arguments& arguments) {
+    const auto complain_of = [&](Exit exit, const Error& error,
+                                 std::vector<Problem> problems = {}) {
+        return complain(arguments, exit, {error.code(), error.what(), std::move(problems)});
+    };
+    try {
+        return arguments.run();
+    } catch (const Failure& failure) {
+        return complain_of(failure.exit, failure, failure.problems);
+    } catch (const InvalidJob& error) {
+        return complain_of(Exit::invalid_job, error, error.problems);
+    } catch (const Malformed& error) {
+        return complain_of(Exit::invalid_job, error, error.problems);
+    } catch (const Error& error) {
+        return complain_of(Exit::failed, error);
+    } catch (const std::bad_alloc&) {
+        return complain(arguments, Exit::failed, {"out_of_memory", "out of memory", {}});
+    } catch (const std::exception& error) {
+        return complain(arguments, Exit::failed, {"internal", error.what(), {}});
+    }
+}
+
+}  // namespace
+
+int parse_and_run(int argc, char** argv) {
+    std::setlocale(LC_CTYPE, "");   // whether the terminal shows UTF-8; numbers keep the C locale
+    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an error message, not a silent death
+    Arguments arguments;
+    CLI::App app("Kiln bakes BRDF lookup tables.", "kiln");
+    app.set_version_flag("--version", std::string("kiln ") + kVersion);
+    app.require_subcommand(1);
+    app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
+    add_bake(app, arguments);
+    add_files(app, arguments);
+    add_jobs(app, arguments);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::usage);
+    } catch (const Failure& failure) {
+        return static_cast<int>(
+            complain(arguments, failure.exit, {failure.code(), failure.what(), {}}));
+    }
+    arguments.bake.json = arguments.server.json = arguments.json;
+    take_environment(arguments);
+    return static_cast<int>(run(arguments));
+}
+
+}  // namespace kiln::client
+
+int main(int argc, char** argv) { return kiln::client::parse_and_run(argc, argv); }

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/summary.h"
+
+#include <optional>
+#include <vector>
+
+#include "client/terminal.h"
+#include "server/spec/words.h"
+
+namespace kiln::client {
+
+namespace {
+
+struct Column {
+    const char* title;
+    std::optional<double> ChannelError::*value;
+};
+constexpr Column kColumns[] = {
+    {"standard error rms", &ChannelError::standard_error_rms},
+    {"max", &ChannelError::standard_error_max},
+    {"off exact rms", &ChannelError::reference_rms},
+    {"max", &ChannelError::reference_max},
+    {"bilinear max", &ChannelError::reconstruction_max},
+    {"pixel max", &ChannelError::quantisation_max},
+};
+
+/// One row a quantity in the job's order; a column that no quantity has a figure for is left out.
+std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
+    std::vector<const ChannelError*> channels;
+    for (const Quantity quantity : job.quantities)
+        for (const ChannelError& channel : report.error)
+            if (channel.quantity == to_word(quantity)) channels.push_back(&channel);
+    std::vector<std::vector<std::string>> rows(channels.size() + 1, {""});
+    for (std::size_t i = 0; i < channels.size(); ++i) rows[i + 1][0] = channels[i]->quantity;
+    for (const Column& column : kColumns) {
+        bool any = false;
+        for (const ChannelError* channel : channels) any |= (channel->*column.value).has_value();
+        if (!any) continue;
+        rows[0].push_back(column.title);
+        for (std::size_t i = 0; i < channels.size(); ++i) {
+            const auto value = channels[i]->*column.value;
+            rows[i + 1].push_back(value ? format_error(*value) : "-");
+        }
+    }
+    return columns(rows);
+}
+
+std::string size_of(const JobSpec& job) {
+    std::string text;
+    for (const std::int64_t n : job.resolution)
+        text += (text.empty() ? "" : " x ") + std::to_string(n);
+    return text;
+}
+
+std::string phases(const RunTime& time) {
+    std::string text;
+    const auto add = [&](const char* name, double seconds) {
+        if (seconds >= 5e-4)  // less rounds to nothing beside the total
+            text += (text.empty() ? "" : ", ") + std::string(name) + " " + format_seconds(seconds);
+    };
+    add("queued", time.queued);
+    add("compile", time.compile);
+    add("integrate", time.integrate);
+    add("encode", time.encode);
+    return text.empty() ? "" : " (" + text + ")";
+}
+
+}  // namespace
+
+void summarise(const Report& report, const JobSpec& job, const Written& written) {
+    const Terminal terminal = standard_error();
+    if (!written.brief) {
+        const std::string name = written.output == "-" ? "standard output" : written.output;
+        say(bold(terminal, printable(name)) + "  " + size_of(job) + " " +
+            std::string(to_word(job.pixel)) + ", " + format_bytes(written.byte_count) +
+            (written.where.empty() ? "" : ", from " + printable(written.where)) +
+            (written.cached ? ", cached" : ""));
+        bool first = true;
+        for (const std::string& line : error_table(report, job)) {
+            say("  " + (first ? dim(terminal, line) : printable(line)));
+            first = false;
+        }
+        say("  " + std::to_string(report.samples_per_texel) + " samples a texel on " +
+            printable(report.device.backend + ", " + report.device.name) + ": " +
+            format_seconds(report.run_time_s.total) + phases(report.run_time_s));
+        for (const LeftOut& left : report.left_out)
+            say("  left out: " + printable(left.what) + " (" + printable(left.why) + ")");
+    }
+    if (report.device.fallback) say("  fallback: " + printable(*report.device.fallback));
+    for (const std::string& warning : report.warnings) say("  warning: " + printable(warning));
+}
+
+}  // namespace kiln::client
