@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/query.h"
+
+#include <strings.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "server/base/error.h"
+#include "server/base/log.h"
+#include "server/spec/limits.h"
+
+namespace kiln {
+
+void expect_only(const HttpRequest& request, std::initializer_list<std::string_view> names) {
+    for (const auto& [name, value] : request.query) {
+        if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+        std::string known;
+        for (const std::string_view one : names) known += (known.empty() ? "" : ", ") + std::string(one);
+        throw Error("bad_query", "\"" + escaped(name) + "\" is not a parameter here; " +
+                                     (known.empty() ? "there are none" : "there is " + known));
+    }
+}
+
+std::chrono::milliseconds wait_of(const HttpRequest& request) {
+    const auto found = request.query.find("wait");
+    if (found == request.query.end()) return std::chrono::milliseconds(0);
+    const std::string& text = found->second;
+    const char* end = text.data() + text.size();
+    double seconds = 0;
+    const auto [stopped, error] = std::from_chars(text.data(), end, seconds);
+    const auto max = static_cast<double>(limits().wait_s_max);
+    if (error != std::errc() || stopped != end || !(seconds >= 0 && seconds <= max))
+        throw Error("bad_query", "wait: give seconds from 0 to " + std::to_string(limits().wait_s_max));
+    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+std::int64_t integer_of(const HttpRequest& request, const std::string& name, std::int64_t fallback,
+                        std::int64_t min, std::int64_t max) {
+    const auto found = request.query.find(name);
+    if (found == request.query.end()) return fallback;
+    const std::string& text = found->second;
+    const char* end = text.data() + text.size();
+    std::int64_t value = 0;
+    const auto [stopped, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stopped != end || value < min || value > max)
+        throw Error("bad_query", name + ": give an integer from " + std::to_string(min) + " to " +
+                                     std::to_string(max));
+    return value;
+}
+
+void expect_json(const HttpRequest& request) {
+    const auto type = request.header("content-type");
+    if (!type) return;
+    std::string_view word = type->substr(0, type->find(';'));
+    while (!word.empty() && word.back() == ' ') word.remove_suffix(1);
+    static constexpr std::string_view kJson = "application/json";
+    if (word.size() != kJson.size() || strncasecmp(word.data(), kJson.data(), kJson.size()) != 0)
+        throw Error("wrong_type", "send the document with Content-Type: application/json");
+}
+
+}  // namespace kiln

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "server/http/message.h"
+
+namespace kiln {
+
+/// Refuses parameters that the endpoint does not know: Error("bad_query") naming them.
+void expect_only(const HttpRequest& request, std::initializer_list<std::string_view> names);
+
+/// ?wait= in seconds, 0 when absent; Error("bad_query") outside 0…limits().wait_s_max.
+std::chrono::milliseconds wait_of(const HttpRequest& request);
+
+/// An integer parameter with its default and range.
+std::int64_t integer_of(const HttpRequest& request, const std::string& name, std::int64_t fallback,
+                        std::int64_t min, std::int64_t max);
+
+/// Error("wrong_type") unless Content-Type is application/json or absent.
+void expect_json(const HttpRequest& request);
+
+}  // namespace kiln

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/service.h"
+
+#include "server/base/error.h"
+#include "server/spec/limits.h"
+#include "server/spec/spec.h"
+
+namespace kiln {
+
+namespace {
+/// A client that went away is noticed within this time.
+constexpr std::chrono::milliseconds kGoneStep{1000};
+}  // namespace
+
+bool is_final(JobState state) { return state != JobState::queued && state != JobState::running; }
+
+Service::Service(ServiceParts parts) : parts_(std::move(parts)) {}
+
+Admitted Service::admit(std::string_view job_text) {
+    if (draining_) throw Error("draining", "the server is stopping; try again soon");
+    const JobSpec spec = parse_job(job_text);
+    const std::string id = job_id(spec);
+    const std::lock_guard lock(admission_);
+    const std::optional<JobRecord> known = parts_.store.get(id);
+    bool evicted = false;
+    if (known && known->state == JobState::done && known->engine == parts_.engine) {
+        if (parts_.blobs.contains(known->image_digest)) {
+            ++parts_.metrics.cache_hits;
+            return {*known, true};
+        }
+        evicted = true;
+    }
+    const bool live = known && !is_final(known->state);
+    if (!live && parts_.store.counts().queued >= parts_.settings.queue_max) {
+        ++parts_.metrics.refused;
+        throw Error("queue_full", "the queue holds " + std::to_string(parts_.settings.queue_max) +
+                                      " jobs, which is its limit; try again soon");
+    }
+    Submitted submitted = parts_.store.submit(id, canonical(spec), parts_.engine, evicted);
+    if (submitted.created) {
+        ++parts_.metrics.cache_misses;
+        parts_.changes.notify(id, Changes::Interest::state);
+        parts_.ring();
+    } else {
+        ++parts_.metrics.joined;
+    }
+    return {std::move(submitted.job), false};
+}
+
+JobRecord Service::wait_for_end(JobRecord job, std::chrono::milliseconds time,
+                                const HttpRequest& request) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point deadline = Clock::now() + time;
+    Watch watch(parts_.changes, job.id, Changes::Interest::state);
+    for (;;) {
+        job = find(job.id);
+        const auto left =
+            std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+        if (is_final(job.state) || left.count() <= 0 || parts_.changes.closed() ||
+            request.client_gone())
+            return job;
+        watch.wait(std::min({left, kGoneStep, Changes::kLookInterval}));
+    }
+}
+
+JobRecord Service::find(const std::string& id) {
+    if (auto job = parts_.store.get(id)) return std::move(*job);
+    throw Error("unknown_job", "there is no job with this id");
+}
+
+Service::WaitingPlace::WaitingPlace(Service& service)
+    : service_(service),
+      taken_(++service.waiting_ <=
+             static_cast<std::size_t>(service.parts_.settings.connections_max) / 2) {
+    if (!taken_) --service_.waiting_;
+}
+
+Service::WaitingPlace::~WaitingPlace() {
+    if (taken_) --service_.waiting_;
+}
+
+Router make_router(Service& service) {
+    Router router;
+    add_job_routes(router, service);
+    add_batch_routes(router, service);
+    add_image_routes(router, service);
+    add_event_routes(router, service);
+    add_operation_routes(router, service);
+    return router;
+}
+
+std::uint64_t body_bytes_max(const std::string& path) {
+    if (path == "/v1/jobs") return static_cast<std::uint64_t>(limits().job_bytes_max);
+    if (path == "/v1/batches") return static_cast<std::uint64_t>(limits().batch_bytes_max);
+    return 0;
+}
+
+}  // namespace kiln

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http/changes.h"
+#include "server/http/message.h"
+#include "server/http/metrics.h"
+#include "server/http/router.h"
+#include "server/settings/settings.h"
+#include "server/store/blob_store.h"
+#include "server/store/job_store.h"
+
+namespace kiln {
+
+struct WorkerStatus {
+    std::string name;
+    bool alive = false;
+    std::string devices_json;  ///< a JSON array, as the worker last told; "" until then
+};
+
+/// What the endpoints work with. Everything outlives the service.
+struct ServiceParts {
+    JobStore& store;
+    BlobStore& blobs;
+    const Settings& settings;
+    Changes& changes;
+    Metrics& metrics;
+    std::string engine;  ///< names what a result comes from: kernel digest "/" encoder revision
+    std::function<void()> ring;  ///< tells the workers that there is work or a cancel
+    std::function<std::vector<WorkerStatus>()> workers;
+    std::function<std::size_t()> connections;
+};
+
+/// A posted job as it was taken in.
+struct Admitted {
+    JobRecord job;
+    bool cached = false;  ///< its result was at hand
+};
+
+/// The part that all endpoints share: admission, waiting, draining.
+class Service {
+  public:
+    explicit Service(ServiceParts parts);
+
+    /// Validates and queues a job, or finds it known. Throws Malformed, InvalidJob, Error("queue_full" |
+    /// "draining" | "store_failed").
+    Admitted admit(std::string_view job_text);
+    /// The job once it has ended, or as it is after `time`, when the client leaves, or at shutdown.
+    JobRecord wait_for_end(JobRecord job, std::chrono::milliseconds time, const HttpRequest& request);
+    /// Throws Error("unknown_job").
+    JobRecord find(const std::string& id);
+
+    void drain() { draining_ = true; }
+    bool draining() const { return draining_; }
+    const ServiceParts& parts() const { return parts_; }
+
+    /// A place among the requests that may wait; they hold at most half of the connections.
+    class WaitingPlace {
+      public:
+        explicit WaitingPlace(Service& service);
+        ~WaitingPlace();
+        WaitingPlace(const WaitingPlace&) = delete;
+        WaitingPlace& operator=(const WaitingPlace&) = delete;
+        bool taken() const { return taken_; }
+
+      private:
+        Service& service_;
+        bool taken_;
+    };
+    std::size_t waiting() const { return waiting_; }
+
+  private:
+    ServiceParts parts_;
+    std::mutex admission_;  ///< between counting the queue and adding to it
+    std::atomic<bool> draining_{false};
+    std::atomic<std::size_t> waiting_{0};
+};
+
+bool is_final(JobState state);
+
+// Each adds the endpoints of one file. The service outlives the router.
+void add_job_routes(Router& router, Service& service);
+void add_batch_routes(Router& router, Service& service);
+void add_image_routes(Router& router, Service& service);
+void add_event_routes(Router& router, Service& service);
+void add_operation_routes(Router& router, Service& service);
+
+/// Every endpoint.
+Router make_router(Service& service);
+
+/// Largest request body at a path, in bytes; 0 where none is taken.
+std::uint64_t body_bytes_max(const std::string& path);
+
+}  // namespace kiln
