@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <map>
+
+#include "server/base/version.h"
+#include "server/image/image.h"
+#include "server/spec/spec.h"
+#include "tests/image/tables.h"
+
+namespace {
+
+using namespace kiln;
+
+const Provenance kProvenance = {
+    .kernel_digest = "abc", .numerics = "cpu-exact-1", .key = "def", .standard_error_max = 0.1};
+
+std::map<std::string, std::string> described(const JobSpec& job) {
+    const Metadata all = describe(job, kProvenance);
+    std::map<std::string, std::string> by_key(all.begin(), all.end());
+    EXPECT_EQ(by_key.size(), all.size()) << "a key is there twice";
+    return by_key;
+}
+
+JobSpec job_of(const std::string& text) { return parse_job(text); }
+
+const char* const kSplitSum =
+    R"({"quantities": ["split_sum_scale", "split_sum_bias"], "resolution": [256, 128]})";
+
+const char* const kOdd = R"({
+  "quantities": ["directional_albedo", "multiscatter_albedo"], "resolution": [33, 1],
+  "layout": {"x": {"parameter": "alpha", "mapping": "square", "grid": "node", "flip": true,
+                   "range": [0.1, 0.7]},
+             "y": {"parameter": "NoV", "mapping": "sqrt"}},
+  "sample_count": 4096, "sampler": "lattice", "importance": "ndf", "seed": 9007199254740991,
+  "microfacet": {"masking": "smith_separable"}, "output": {"format": "png", "pixel": "uint16"}})";
+
+TEST(Describe, TheJobAloneMakesTheFileAgain) {
+    for (const char* text : {kSplitSum, kOdd}) {
+        const JobSpec job = job_of(text);
+        for (const auto& [format, pixel] : {std::pair{ImageFormat::exr, PixelType::half},
+                                            std::pair{ImageFormat::png, PixelType::uint8}}) {
+            const Table table = tables::noise(2, 2, 2, 0, 1);
+            const Decoded decoded =
+                decode(encode(table, format, pixel, describe(job, kProvenance)).bytes);
+            const std::map<std::string, std::string> read(decoded.metadata.begin(),
+                                                          decoded.metadata.end());
+            EXPECT_EQ(parse_job(read.at("kiln.job")), job);
+        }
+    }
+}
+
+TEST(Describe, SaysEverythingThatReproducesTheTable) {
+    auto read = described(job_of(kOdd));
+    EXPECT_EQ(read["kiln.quantities"], "directional_albedo multiscatter_albedo");
+    EXPECT_EQ(read["kiln.grid"], "x node, y center");
+    EXPECT_EQ(read["kiln.layout"], "custom");
+    EXPECT_EQ(read["kiln.alpha_mapping"], "alpha = roughness^2");
+    EXPECT_EQ(read["kiln.distribution"], "ggx");
+    EXPECT_EQ(read["kiln.masking"], "smith_separable");
+    EXPECT_EQ(read["kiln.fresnel"], "none");
+    EXPECT_EQ(read["kiln.sampler"], "lattice");
+    EXPECT_EQ(read["kiln.importance"], "ndf");
+    EXPECT_EQ(read["kiln.sample_count"], "4096");
+    EXPECT_EQ(read["kiln.seed"], "9007199254740991");
+    EXPECT_EQ(read["kiln.version"], kVersion);
+    EXPECT_EQ(read["kiln.kernel_digest"], "abc");
+    EXPECT_EQ(read["kiln.encoder_revision"], std::to_string(kEncoderRevision));
+    EXPECT_EQ(read["kiln.numerics"], "cpu-exact-1");
+    EXPECT_EQ(read["kiln.key"], "def");
+    EXPECT_EQ(read["kiln.color"], "linear data, no transfer function");
+    EXPECT_EQ(read["kiln.standard_error_max"],
+              "0.1");  // the shortest text, not 0.1000000000000000055
+    EXPECT_EQ(described(job_of(kSplitSum))["kiln.fresnel"], "schlick");
+}
+
+TEST(Describe, NoStandardErrorIsLeftOut) {
+    Provenance provenance = kProvenance;
+    provenance.standard_error_max.reset();
+    for (const auto& [key, value] : describe(job_of(kSplitSum), provenance))
+        EXPECT_NE(key, "kiln.standard_error_max");
+}
+
+TEST(Describe, NothingOfTimeOrPlace) {
+    char host[256] = {};
+    ASSERT_EQ(gethostname(host, sizeof host - 1), 0);
+    std::string all;
+    for (const auto& [key, value] : describe(job_of(kSplitSum), kProvenance)) {
+        EXPECT_EQ(key.find("date"), std::string::npos);
+        EXPECT_EQ(key.find("host"), std::string::npos);
+        all += value + "\n";
+    }
+    // A short name ("ci") may stand in some word by chance.
+    const bool told = std::string(host).size() > 3 && all.find(host) != std::string::npos;
+    EXPECT_FALSE(told) << host;
+    EXPECT_EQ(describe(job_of(kSplitSum), kProvenance), describe(job_of(kSplitSum), kProvenance));
+}
+
+TEST(Convention, DefaultLayoutInWords) {
+    const std::vector<std::string> expected = {
+        "x: NoV from 0 (left) to 1, linear in NoV, texel centres: column i of 256 lies at "
+        "t = (i + 0.5)/256, NoV = t; look up at u = t",
+        "y: roughness from 0 (row 0, top of the image) to 1, linear in roughness, texel centres: "
+        "row i of 128 lies at t = (i + 0.5)/128, roughness = t; look up at v = t",
+        "R: split_sum_scale (A), multiplies F0: albedo(F0, F90) = F0 A + F90 B",
+        "G: split_sum_bias (B), multiplies F90: albedo(F0, F90) = F0 A + F90 B",
+        "alpha = roughness^2",
+        "distribution: ggx (Walter et al. 2007)",
+        "masking: height-correlated Smith (Heitz 2014)",
+        "Fresnel: Schlick 1994, F = F0 + (F90 - F0)(1 - VoH)^5",
+        "V points away from the surface, NoV = cos(theta)",
+        "values: linear data, no transfer function",
+        "lookup: bilinear, clamp to edge, no mipmaps"};
+    EXPECT_EQ(convention(job_of(kSplitSum)), expected);
+}
+
+TEST(Convention, MappingGridFlipAndRangeInWords) {
+    const auto lines = convention(job_of(kOdd));
+    ASSERT_GE(lines.size(), 5U);
+    EXPECT_EQ(
+        lines[0],
+        "x: alpha from 0.7 (left) to 0.1, flipped, linear in the square of alpha, nodes at the "
+        "texels: column i of 33 lies at t = 1 - i/(33 - 1), "
+        "alpha = sqrt(0.1^2 + (0.7^2 - 0.1^2) t); look up at u = ((1 - t) (33 - 1) + 0.5)/33");
+    EXPECT_EQ(
+        lines[1],
+        "y: NoV from 0 (row 0, top of the image) to 1, linear in the square root of NoV, texel "
+        "centres: row i of 1 lies at t = 0.5, NoV = t^2; look up at v = t");
+    EXPECT_EQ(lines[4], "B: 0, carries no quantity (PNG has no two-channel colour)");
+}
+
+TEST(Convention, OneAxisAndFiveChannels) {
+    const JobSpec averages = job_of(
+        R"({"quantities": ["average_albedo"], "resolution": [64],
+            "layout": {"x": {"parameter": "roughness"}}})");
+    EXPECT_EQ(convention(averages).front().substr(0, 12), "x: roughness");
+    EXPECT_EQ(convention(averages)[1].substr(0, 18), "R: average_albedo,");
+    const JobSpec all = job_of(
+        R"({"quantities": ["split_sum_scale", "split_sum_bias", "directional_albedo",
+                           "average_albedo", "multiscatter_albedo"], "resolution": [8, 8]})");
+    EXPECT_EQ(convention(all)[2].substr(0, 19), "split_sum_scale (A)");
+}
+
+}  // namespace
