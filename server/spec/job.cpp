@@ -5,6 +5,7 @@
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
 #include "server/spec/limits.h"
+#include "server/spec/phrases.h"
 #include "server/spec/schema.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -155,7 +156,7 @@ class Reader {
                 problems_.add("/output/pixel", in_quotes(to_word(job_.pixel)) +
                                                    " is no pixel type of " +
                                                    std::string(to_word(job_.format)) +
-                                                   "; allowed: " + words_of(allowed));
+                                                   "; allowed: " + list_of(allowed));
         }
         const auto channels_max = static_cast<std::size_t>(limits().png_channels_max);
         if (job_.format == ImageFormat::png && job_.quantities.size() > channels_max)
@@ -163,12 +164,6 @@ class Reader {
                                              " entries; a PNG holds at most " +
                                              std::to_string(channels_max) +
                                              " channels, only exr holds more");
-    }
-
-    static std::string words_of(const Json& list) {
-        std::string text;
-        for (const Json& entry : list) text += (text.empty() ? "" : ", ") + entry.dump();
-        return text;
     }
 
     void check_work() {

@@ -6,17 +6,14 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <numeric>
-#include <optional>
 
 #include "server/spec/json_text.h"
+#include "server/spec/phrases.h"
 
 namespace kiln {
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr std::string_view kLater = "x-kiln-later";
 
 const Json& resolve(const Json& contract, const Json& schema) {
     const Json* current = &schema;
@@ -42,80 +39,10 @@ bool has_type(const Json& value, std::string_view type) {
     return type == "integer" && is_integral(value);
 }
 
-/// The entries of a keyword that holds one value or a list of them.
-std::vector<std::string> type_names(const Json& type) {
-    if (type.is_string()) return {type.get<std::string>()};
-    return type.get<std::vector<std::string>>();
-}
-
 bool has_any_type(const Json& value, const Json& type) {
     const auto names = type_names(type);
     return std::any_of(names.begin(), names.end(),
                        [&](const auto& name) { return has_type(value, name); });
-}
-
-std::string type_phrase(const Json& type) {
-    std::string phrase;
-    for (const std::string& name : type_names(type)) {
-        if (!phrase.empty()) phrase += " or ";
-        if (name == "null")
-            phrase += "null";
-        else
-            phrase += (name.find_first_of("aeiou") == 0 ? "an " : "a ") + name;
-    }
-    return phrase;
-}
-
-/// What a document holds, for a message: bounded and escaped.
-std::string found(const Json& value) {
-    switch (value.type()) {
-        case Json::value_t::string:
-            return in_quotes(value.get_ref<const std::string&>());
-        case Json::value_t::array:
-            return "an array of " + std::to_string(value.size());
-        case Json::value_t::object:
-            return "an object";
-        default:
-            return value.dump();
-    }
-}
-
-std::string list_of(const Json& values) {
-    std::string text;
-    for (const Json& value : values) text += (text.empty() ? "" : ", ") + found(value);
-    return text;
-}
-
-/// Levenshtein's distance, for suggestions; both words are short.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t above = row[j];
-            row[j] =
-                std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-            diagonal = above;
-        }
-    }
-    return row[b.size()];
-}
-
-/// `; did you mean "…"?` when a known word is near, else "".
-std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-    constexpr std::size_t kLongestWord = 64;  // bounds the work that one wrong name costs
-    if (word.size() > kLongestWord) return "";
-    std::size_t nearest = 1 + word.size() / 3;  // a third of the letters may differ
-    const std::string* best = nullptr;
-    for (const std::string& candidate : known) {
-        const std::size_t distance = edit_distance(word, candidate);
-        if (distance > nearest || (best && distance == nearest)) continue;
-        nearest = distance;
-        best = &candidate;
-    }
-    return best ? "; did you mean " + in_quotes(*best) + "?" : "";
 }
 
 class Walker {
@@ -128,7 +55,7 @@ class Walker {
         if (schema.contains("oneOf")) return visit_branch(schema, value, pointer);
         if (!allowed_value(schema, value, pointer)) return value;
         if (schema.contains("type") && !has_any_type(value, schema["type"])) {
-            const Json later = later_of(schema, "type");
+            const Json& later = later_of(schema, "type");
             problems_.add(pointer, later.is_array() && has_any_type(value, later)
                                        ? type_phrase(later) + " is not supported yet; allowed: " +
                                              type_phrase(schema["type"])
@@ -144,9 +71,21 @@ class Walker {
     }
 
   private:
-    static Json later_of(const Json& schema, const char* keyword) {
-        if (!schema.contains(kLater) || !schema[kLater].contains(keyword)) return nullptr;
-        return schema[kLater][keyword];
+    /// What stands at `keyword`, null when nothing does.
+    static const Json& entry(const Json& schema, const char* keyword) {
+        static const Json kNothing;
+        const auto found_entry = schema.find(keyword);
+        return found_entry == schema.end() ? kNothing : *found_entry;
+    }
+    static const Json& later_of(const Json& schema, const char* keyword) {
+        return entry(entry(schema, "x-kiln-later"), keyword);
+    }
+    static std::vector<std::string> strings_of(const Json& values) {
+        std::vector<std::string> strings;
+        for (const Json& value : values) {
+            if (value.is_string()) strings.push_back(value);
+        }
+        return strings;
     }
 
     Json visit_branch(const Json& schema, const Json& value, const std::string& pointer) {
@@ -169,14 +108,13 @@ class Walker {
         if (!schema.contains("enum")) return true;
         const Json& allowed = schema["enum"];
         if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return true;
-        const Json later = later_of(schema, "enum");
+        const Json& later = later_of(schema, "enum");
         const bool is_later = std::find(later.begin(), later.end(), value) != later.end();
         std::string message = found(value) +
                               (is_later ? " is not supported yet" : " is not allowed") +
                               "; allowed: " + list_of(allowed);
         if (value.is_string() && !is_later)
-            message += suggestion(value.get_ref<const std::string&>(),
-                                  allowed.get<std::vector<std::string>>());
+            message += suggestion(value.get_ref<const std::string&>(), strings_of(allowed));
         problems_.add(pointer, message);
         return false;
     }
@@ -212,7 +150,7 @@ class Walker {
             return value;
         }
         constexpr double kExactIntegers = 9007199254740992.0;  // 2^53
-        if (schema.value("type", Json()) == "integer" && value.is_number_float() &&
+        if (entry(schema, "type") == "integer" && value.is_number_float() &&
             std::abs(value.get<double>()) <= kExactIntegers)
             return static_cast<std::int64_t>(value.get<double>());
         return value;
@@ -237,7 +175,7 @@ class Walker {
                                     : least == most
                                         ? std::to_string(least)
                                         : std::to_string(least) + "…" + std::to_string(most);
-        const Json later = later_of(schema, high);
+        const Json& later = later_of(schema, high);
         const bool is_later =
             later.is_number() && count > most && count <= later.get<std::size_t>();
         problems_.add(pointer,
@@ -268,10 +206,10 @@ class Walker {
     }
 
     Json visit_object(const Json& schema, const Json& value, const std::string& pointer) {
-        static const Json kNone = Json::object();
-        const Json& properties = schema.contains("properties") ? schema["properties"] : kNone;
+        const Json& properties = entry(schema, "properties");
+        const Json& extra = entry(schema, "additionalProperties");
         Json result = value;
-        for (const Json& name : schema.value("required", Json::array())) {
+        for (const Json& name : entry(schema, "required")) {
             const auto& text = name.get_ref<const std::string&>();
             if (!value.contains(text))
                 problems_.add(join_pointer(pointer, text), "is required and missing");
@@ -280,8 +218,7 @@ class Walker {
             const std::string place = join_pointer(pointer, name);
             if (properties.contains(name))
                 result[name] = visit(properties[name], member, place);
-            else if (const Json extra = schema.value("additionalProperties", Json(true));
-                     extra.is_object())
+            else if (extra.is_object())
                 result[name] = visit(extra, member, place);
             else if (extra == false)
                 refuse_name(schema, properties, name, place);
@@ -296,9 +233,11 @@ class Walker {
 
     void refuse_name(const Json& schema, const Json& properties, const std::string& name,
                      const std::string& pointer) {
+        if (problems_.full())
+            return problems_.add(pointer, "");  // counted, its message is not needed
         std::vector<std::string> known;
         for (const auto& [word, property] : properties.items()) known.push_back(word);
-        const Json later = later_of(schema, "properties");
+        const Json& later = later_of(schema, "properties");
         const bool is_later = std::find(later.begin(), later.end(), Json(name)) != later.end();
         std::string message = "the field " + in_quotes(name) +
                               (is_later ? " is not supported yet" : " is unknown") +
@@ -381,7 +320,7 @@ void check_schema(const nlohmann::json& contract, const nlohmann::json& schema,
                                                          "title",
                                                          "description",
                                                          "examples",
-                                                         kLater,
+                                                         "x-kiln-later",
                                                          "x-kiln-unit",
                                                          "x-kiln-pixels",
                                                          "$comment"};

@@ -18,6 +18,8 @@ class ProblemList {
 
     void add(const std::string& pointer, const std::string& message);
     bool empty() const { return found_.empty(); }
+    /// Further problems are only counted.
+    bool full() const { return found_.size() == count_max_; }
     /// Nothing is wrong at `pointer`, above it or below it.
     bool sound(std::string_view pointer) const;
     /// The problems in the order found, closed by a count when there were more.

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "server/base/sha256.h"
+#include "server/spec/limits.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+#include "tests/spec/valid_jobs.h"
+
+namespace kiln {
+namespace {
+
+using test::kContractExample;
+
+std::string key(const std::string& text) { return job_id(parse_job(text)); }
+
+bool accepted(const std::string& text) {
+    try {
+        parse_job(text);
+        return true;
+    } catch (const InvalidJob&) {
+        return false;
+    }
+}
+
+TEST(Jobs, MinimalDocumentIsTheStructsDefaults) {
+    JobSpec expected;
+    expected.quantities = {Quantity::average_albedo};
+    expected.resolution = {256, 256};
+    expected.axes = {{.parameter = Parameter::NoV}, {.parameter = Parameter::roughness}};
+    EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"]})"), expected);
+}
+
+TEST(Jobs, EveryFieldArrives) {
+    const JobSpec job =
+        parse_job(R"({"kind":"lut","quantities":["directional_albedo","split_sum_bias"],
+        "resolution":[32,128],"layout":{"x":{"parameter":"alpha","mapping":"sqrt","grid":"node"},
+        "y":{"parameter":"NoV","mapping":"square","flip":true,"range":[0.25,0.75]}},
+        "sample_count":77,
+        "sampler":"lattice","importance":"ndf","microfacet":{"masking":"smith_separable"},
+        "precision":"float64","device":"native","seed":9007199254740991,
+        "output":{"format":"png","pixel":"uint8"}})");
+    JobSpec expected;
+    expected.quantities = {Quantity::directional_albedo, Quantity::split_sum_bias};
+    expected.resolution = {32, 128};
+    expected.layout = "custom";
+    expected.axes = {{Parameter::alpha, Mapping::sqrt, Grid::node, false, 0, 1},
+                     {Parameter::NoV, Mapping::square, Grid::center, true, 0.25, 0.75}};
+    expected.sample_count = 77;
+    expected.sampler = Sampler::lattice;
+    expected.importance = Importance::ndf;
+    expected.masking = Masking::smith_separable;
+    expected.precision = Precision::float64;
+    expected.device = DeviceChoice::native;
+    expected.seed = 9007199254740991u;
+    expected.format = ImageFormat::png;
+    expected.pixel = PixelType::uint8;
+    EXPECT_EQ(job, expected);
+}
+
+TEST(Jobs, ValidDocumentsSurviveTheirCanonicalForm) {
+    for (const std::string& text : test::kValidJobs) {
+        SCOPED_TRACE(text);
+        const JobSpec job = parse_job(text);
+        EXPECT_EQ(parse_job(canonical(job)), job);
+        EXPECT_EQ(canonical(parse_job(canonical(job))), canonical(job));
+        EXPECT_TRUE(is_sha256_hex(job_id(job)));
+    }
+}
+
+TEST(Jobs, CanonicalTextIsTheContractsDocument) {
+    const std::string text = canonical(parse_job(kContractExample));
+    EXPECT_EQ(
+        text,
+        R"({"coupling":"none","device":"auto","diffuse":{"model":"lambert"},)"
+        R"("fresnel":{"model":"schlick"},"importance":"vndf","integrator":"monte_carlo",)"
+        R"("kind":"lut",)"
+        R"("layout":"kiln","microfacet":{"distribution":"ggx","masking":"smith_correlated"},)"
+        R"("multiscatter":"none","output":{"format":"exr","pixel":"half"},"precision":"float32",)"
+        R"("quantities":["split_sum_scale","split_sum_bias"],"resolution":[256,256],)"
+        R"("sample_count":1024,"sampler":"sobol_owen","seed":0,"target_error":null,)"
+        R"("time_budget_s":null})");
+    EXPECT_EQ(job_id(parse_job(kContractExample)), sha256_hex("kiln/job/1\n" + text));
+}
+
+TEST(Jobs, PixelDefaultsFollowTheFormat) {
+    EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"]})").pixel, PixelType::half);
+    EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"],"output":{"format":"png"}})").pixel,
+              PixelType::uint16);
+}
+
+TEST(Jobs, OneAxisOfKilnIsRoughness) {
+    const JobSpec job = parse_job(R"({"quantities":["average_albedo"],"resolution":[64]})");
+    EXPECT_EQ(job.layout, "kiln");
+    ASSERT_EQ(job.axes.size(), 1u);
+    EXPECT_EQ(job.axes[0], Axis{.parameter = Parameter::roughness});
+}
+
+TEST(Jobs, SpellingDoesNotSplitTheCache) {
+    const std::string id = key(kContractExample);
+    const char* same[] = {
+        R"({"quantities":["split_sum_scale","split_sum_bias"]})",
+        "\n\t{ \"seed\" : 0.0 ,\r\n\"quantities\":[ \"split_sum_scale\" , \"split_sum_bias\" ] }  ",
+        R"({"seed":0,"quantities":["split_sum_scale","split_sum_bias"],"kind":"lut"})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[256.0,2.56e2]})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"sample_count":1.024E+3,"seed":-0})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"seed":-0.0})",
+        R"({"qu\u0061ntities":["split_sum_sc\u0061le","split_sum_bias"]})",
+        R"({"output":{"pixel":"half"},"quantities":["split_sum_scale","split_sum_bias"]})",
+        R"({"output":{},"quantities":["split_sum_scale","split_sum_bias"],"microfacet":{}})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],
+            "layout":{"y":{"parameter":"roughness","range":[-0.0,1.0]},"x":{"parameter":"NoV"}}})",
+    };
+    for (const char* text : same) EXPECT_EQ(key(text), id) << text;
+}
+
+TEST(Jobs, MeaningDoesSplitTheCache) {
+    const char* different[] = {
+        R"({"quantities":["split_sum_scale","split_sum_bias"]})",
+        R"({"quantities":["split_sum_bias","split_sum_scale"]})",
+        R"({"quantities":["split_sum_scale"]})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[256,255]})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[255,256]})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"sample_count":1025})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"sampler":"lattice"})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"importance":"ndf"})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],
+            "microfacet":{"masking":"smith_separable"}})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"precision":"float64"})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"device":"native"})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"seed":1})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"seed":9007199254740991})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"seed":9007199254740990})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"output":{"pixel":"float"}})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"output":{"format":"png"}})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],
+            "layout":{"x":{"parameter":"NoV","flip":true},"y":{"parameter":"roughness"}}})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],
+            "layout":{"x":{"parameter":"NoV","range":[0,0.9999999999999999]},
+            "y":{"parameter":"roughness"}}})",
+    };
+    std::set<std::string> ids;
+    for (const char* text : different) ids.insert(key(text));
+    EXPECT_EQ(ids.size(), std::size(different));
+}
+
+TEST(Jobs, LimitsHoldExactly) {
+    const auto with = [](const std::string& field) {
+        return R"({"quantities":["split_sum_scale"],)" + field + "}";
+    };
+    const auto both = [&](const std::string& before, std::int64_t limit, const std::string& after) {
+        EXPECT_TRUE(accepted(with(before + std::to_string(limit) + after))) << before << limit;
+        EXPECT_FALSE(accepted(with(before + std::to_string(limit + 1) + after)))
+            << before << limit + 1;
+    };
+    both("\"resolution\":[1,", limits().resolution_max, "]");
+    both("\"resolution\":[", limits().resolution_max, ",1]");
+    both("\"resolution\":[4,4],\"sample_count\":", limits().sample_count_max, "");
+    both("\"seed\":", (std::int64_t{1} << 53) - 1, "");
+    const std::int64_t texels = limits().resolution_max * limits().resolution_max;
+    both("\"resolution\":[4096,4096],\"sample_count\":", limits().work_samples_max / texels, "");
+    EXPECT_FALSE(accepted(with("\"resolution\":[1,0]")));
+    EXPECT_FALSE(accepted(with("\"sample_count\":0")));
+    EXPECT_GE(limits().work_samples_max, texels * 1024);  // the largest table at the usual count
+}
+
+TEST(Jobs, BodyAndDepthLimitsHoldExactly) {
+    std::string text = R"({"quantities":["split_sum_scale"]})";
+    text.resize(static_cast<std::size_t>(limits().job_bytes_max), ' ');
+    EXPECT_TRUE(accepted(text));
+    EXPECT_THROW(parse_job(text + " "), Malformed);
+    const auto nested = [](std::int64_t depth) {
+        const auto count = static_cast<std::size_t>(depth);
+        return std::string(count, '[') + std::string(count, ']');
+    };
+    EXPECT_THROW(parse_job(nested(limits().depth_max)), InvalidJob);
+    EXPECT_THROW(parse_job(nested(limits().depth_max + 1)), Malformed);
+}
+
+template <JobEnum E>
+E any(std::mt19937_64& random) {
+    return static_cast<E>(random() % words<E>().size());
+}
+
+Axis any_axis(std::mt19937_64& random, Parameter parameter) {
+    std::uniform_real_distribution<double> unit(0, 1);
+    Axis axis{parameter, any<Mapping>(random), any<Grid>(random), random() % 2 == 0, 0, 1};
+    if (random() % 2 == 0) {
+        const double a = unit(random), b = unit(random);
+        if (a != b) axis.lo = std::min(a, b), axis.hi = std::max(a, b);
+    }
+    return axis;
+}
+
+/// Any valid job; those of one axis and of custom layouts come up often.
+JobSpec any_job(std::mt19937_64& random) {
+    JobSpec job;
+    const bool flat = random() % 4 == 0;
+    std::vector<Quantity> all;
+    for (std::size_t i = 0; i < words<Quantity>().size(); ++i)
+        all.push_back(static_cast<Quantity>(i));
+    std::shuffle(all.begin(), all.end(), random);
+    job.format = any<ImageFormat>(random);
+    const std::size_t most = job.format == ImageFormat::png ? 4 : all.size();
+    all.resize(1 + random() % most);
+    job.quantities = flat ? std::vector{Quantity::average_albedo} : all;
+    const auto size = [&] { return static_cast<std::int64_t>(1 + random() % 4096); };
+    job.resolution = flat ? std::vector{size()} : std::vector{size(), size()};
+    job.axes = {{.parameter = Parameter::NoV}, {.parameter = Parameter::roughness}};
+    if (flat) job.axes.erase(job.axes.begin());
+    if (random() % 2 == 0) {
+        const Parameter rough = random() % 2 == 0 ? Parameter::roughness : Parameter::alpha;
+        const auto kiln_axes = job.axes;
+        job.axes = {any_axis(random, rough)};
+        if (!flat) job.axes.push_back(any_axis(random, Parameter::NoV));
+        if (!flat && random() % 2 == 0) std::swap(job.axes[0], job.axes[1]);
+        job.layout = job.axes == kiln_axes ? "kiln" : "custom";
+    }
+    job.sample_count = static_cast<std::int64_t>(1 + random() % 1192);  // within the work of 4096²
+    job.sampler = any<Sampler>(random);
+    job.importance = any<Importance>(random);
+    job.distribution = any<Distribution>(random);
+    job.masking = any<Masking>(random);
+    job.precision = any<Precision>(random);
+    job.device = any<DeviceChoice>(random);
+    job.seed = random() >> (11 + random() % 53);  // of any length up to 53 bits
+    const bool first = random() % 2 == 0;
+    job.pixel = job.format == ImageFormat::png ? (first ? PixelType::uint8 : PixelType::uint16)
+                                               : (first ? PixelType::half : PixelType::float32);
+    return job;
+}
+
+TEST(Jobs, HundredThousandRandomJobsRoundTrip) {
+    std::mt19937_64 random(20240229);
+    std::size_t custom_count = 0, flat_count = 0;
+    for (int i = 0; i < 100000; ++i) {
+        const JobSpec job = any_job(random);
+        custom_count += job.layout == "custom";
+        flat_count += job.axes.size() == 1;
+        const std::string text = canonical(job);
+        const JobSpec again = parse_job(text);
+        ASSERT_EQ(again, job) << text;
+        ASSERT_EQ(canonical(again), text);
+    }
+    EXPECT_GT(custom_count, 40000u);
+    EXPECT_GT(flat_count, 20000u);
+}
+
+}  // namespace
+}  // namespace kiln

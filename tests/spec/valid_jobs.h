@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+namespace kiln::test {
+
+/// The job document that the contract was agreed on, with every field at its default.
+inline const std::string kContractExample = R"({
+  "kind": "lut",
+  "quantities": ["split_sum_scale", "split_sum_bias"],
+  "resolution": [256, 256],
+  "layout": "kiln",
+  "sample_count": 1024,
+  "sampler": "sobol_owen",
+  "importance": "vndf",
+  "integrator": "monte_carlo",
+  "target_error": null,
+  "time_budget_s": null,
+  "microfacet": {"distribution": "ggx", "masking": "smith_correlated"},
+  "fresnel": {"model": "schlick"},
+  "diffuse": {"model": "lambert"},
+  "coupling": "none",
+  "multiscatter": "none",
+  "precision": "float32",
+  "device": "auto",
+  "seed": 0,
+  "output": {"format": "exr", "pixel": "half"}
+})";
+
+/// Documents that must be accepted, limits among them.
+inline const std::vector<std::string> kValidJobs = {
+    kContractExample,
+    R"({"quantities":["split_sum_scale"]})",
+    " \r\n\t{\"quantities\":[\"split_sum_scale\"]}\n",
+    R"({"quantities":["average_albedo"],"resolution":[64]})",
+    R"({"quantities":["average_albedo"],"resolution":[1],"layout":{"x":{"parameter":"alpha"}}})",
+    R"({"quantities":["average_albedo"],"output":{"format":"png"}})",
+    R"({"quantities":["average_albedo"],"output":{"format":"png","pixel":"uint8"}})",
+    R"({"quantities":["average_albedo"],"output":{"pixel":"float"}})",
+    R"({"quantities":["average_albedo"],"output":{},"fresnel":{},"diffuse":{},"microfacet":{}})",
+    R"({"quantities":["split_sum_scale","split_sum_bias","directional_albedo","average_albedo",
+        "multiscatter_albedo"]})",
+    R"({"quantities":["split_sum_scale","split_sum_bias","directional_albedo","average_albedo"],
+        "output":{"format":"png"}})",
+    R"({"quantities":["multiscatter_albedo"],"resolution":[1,4096],"sample_count":1})",
+    R"({"quantities":["split_sum_bias"],"resolution":[1,1],"sample_count":1048576})",
+    R"({"quantities":["split_sum_bias"],"resolution":[4096,4096],"sample_count":1024})",
+    R"({"quantities":["split_sum_bias"],"resolution":[4096,4096],"sample_count":1192})",
+    R"({"quantities":["split_sum_bias"],"seed":9007199254740991,
+        "importance":"ndf","device":"native"})",
+    R"({"quantities":["split_sum_bias"],"seed":-0})",
+    R"({"quantities":["split_sum_bias"],"layout":{"x":{"parameter":"roughness","range":[0,5e-324]},
+        "y":{"parameter":"NoV","mapping":"square","grid":"node","flip":true,"range":[0.999,1]}}})",
+    R"({"quantities":["directional_albedo"],"layout":{"x":{"parameter":"alpha","mapping":"sqrt"},
+        "y":{"parameter":"NoV"}},"precision":"float64","sampler":"random"})",
+    R"({"quantities":["directional_albedo"],"s\u0065ed":3,"sampler":"lat\u0074ice"})",
+};
+
+}  // namespace kiln::test
