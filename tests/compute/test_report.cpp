@@ -43,7 +43,8 @@ TEST(Report, IsTheContractsDocument) {
     // Written out by hand after the contract's example; values as in full().
     const Json expected = Json::parse(R"({
       "job": "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", "status": "done",
-      "device": {"backend": "native", "name": "x86-64-v4", "numerics": "n1", "fallback": "no device"},
+      "device": {"backend": "native", "name": "x86-64-v4", "numerics": "n1",
+                 "fallback": "no device"},
       "samples": {"per_texel": 1024, "total": 18446744073709551615, "replicates": 16},
       "run_time_s": {"queued": 0.5, "compile": 1.0, "integrate": 2.0, "encode": 0.1, "total": 3.5},
       "error": {

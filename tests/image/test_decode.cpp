@@ -175,4 +175,12 @@ TEST(PngInput, KindsOfFileThatAreNotReadAreNamed) {
     EXPECT_NE(with_header(8192, 16, 2, 0).find("too short"), std::string::npos);
 }
 
+TEST(PngInput, AChunkThatAnnouncesTwoGigabytesIsRefusedBeforeItIsAllocated) {
+    const std::string file = small_file(ImageFormat::png, PixelType::uint8);
+    const std::size_t length = file.find("tEXt") - 4;
+    std::string broken = file;
+    EXPECT_NE(refusal(broken.replace(length, 4, "\x7f\xff\xff\xff")).find("too large"),
+              std::string::npos);
+}
+
 }  // namespace
