@@ -32,6 +32,7 @@ struct EngineOptions {
     /// Not empty: OpenCL is not touched, and reports give this reason (the supervisor's circuit breaker).
     std::string opencl_disabled_reason;
     unsigned thread_count = 0;  ///< of the native backend; 0 = every core this process may use
+    bool standard_error_planes = false;  ///< fill Outcome::standard_errors
 };
 
 struct DeviceInfo {
@@ -43,6 +44,7 @@ struct DeviceInfo {
 
 struct Outcome {
     Table table;
+    std::vector<std::vector<float>> standard_errors;  ///< as Table::planes; only on demand
     Report report;  ///< run_time_s.queued and .encode, quantisation_max and job are the caller's to fill in
 };
 
@@ -62,8 +64,5 @@ class Engine {
     struct State;
     std::unique_ptr<State> state_;
 };
-
-/// SHA-256 of the flattened kernel text: names the physics that made a table.
-const std::string& kernel_digest();
 
 }  // namespace kiln

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sampling the GGX distribution (Walter et al. 2007, eq. 33). D itself never appears: it cancels in both
+// estimators, which keeps α → 0 finite.
+//
+// The view lies in the plane y = 0. By symmetry an azimuth enters through its cosine alone, and the host
+// hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised. S is the length of
+// the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
+
+typedef struct {
+    real S;
+    real vx, vz;          // stretched view, unit; vz = NoV / S
+    real one_minus_vz;
+    real alpha;
+    real one_minus_alpha2;  // 1 − α²
+    real alpha_over_S;
+} View;
+
+typedef struct {
+    real VoH2;  // 2 V·h / S
+    real NoH;   // N·h
+    real hh;    // h·h
+} HalfVector;
+
+// The light that mirrors the view, L = 2 (V·h) h / h·h − V, with NoL and S(NoL) scaled by h·h / S.
+typedef struct {
+    real NoL;
+    real S;
+} Light;
+
+// α = 0 at NoV = 0 has no stretched direction: vz = 1 gives the limit of the mirror, E = 1 and B = 1.
+KILN_FUNCTION View ggx_view(real NoV, real alpha) {
+    const real slope = alpha * lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV));
+    const real S = lane_sqrt(NoV * NoV + slope * slope);
+    const real divisor = lane_select(S > K(0.0), S, lanes(K(1.0)));
+    View view;
+    view.S = S;
+    view.vx = slope / divisor;
+    view.vz = lane_select(S > K(0.0), NoV / divisor, lanes(K(1.0)));
+    view.one_minus_vz = view.vx * view.vx / (K(1.0) + view.vz);
+    view.alpha = alpha;
+    view.one_minus_alpha2 = (K(1.0) - alpha) * (K(1.0) + alpha);
+    view.alpha_over_S = alpha / divisor;
+    return view;
+}
+
+// Visible normals by spherical caps (Dupuy, Benyoub 2023, listing 3): a direction c with
+// c.z = (1 − u)(1 + vz) − vz, and h = c + v before it is stretched back. |c| = |v| = 1 gives
+// V·h / S = v·h and |h.xy|² = 2 v·h − h.z². The point is (cos φ, 1 − u, u): 1 ± c.z without cancellation.
+KILN_FUNCTION HalfVector ggx_sample_vndf(View view, scalar cos_phi, scalar one_minus_u, scalar u) {
+    const real cap = K(1.0) + view.vz;
+    const real hz = one_minus_u * cap;
+    const real hx = cos_phi * lane_sqrt(u * cap * (view.one_minus_vz + hz)) + view.vx;
+    const real VoH = view.vx * hx + view.vz * hz;
+    HalfVector h;
+    h.VoH2 = VoH + VoH;
+    h.NoH = hz;
+    h.hh = view.alpha * view.alpha * h.VoH2 + view.one_minus_alpha2 * (hz * hz);
+    return h;
+}
+
+// All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ, √(1 − u)).
+// The point is (√u cos φ, √(1 − u), 1 / √(1 − u)).
+KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
+    const real VoH = view.vx * x + view.vz * z;
+    HalfVector h;
+    h.VoH2 = VoH + VoH;
+    h.NoH = lanes(z);
+    h.hh = view.alpha * view.alpha + view.one_minus_alpha2 * (z * z);
+    return h;
+}
+
+// The density of visible normals over that of all normals, G1(V) (V·h)⁺ / (NoV NoH). Its mean over all
+// normals is 1. inverse_NoH comes with the point of ggx_sample_ndf.
+KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, scalar inverse_NoH) {
+    return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH / (K(1.0) + view.vz), lanes(K(0.0)));
+}
+
+KILN_FUNCTION Light ggx_mirror(View view, HalfVector h) {
+    const real edge = view.alpha_over_S * h.hh;
+    Light light;
+    light.NoL = h.VoH2 * h.NoH - view.vz * h.hh;
+    light.S = lane_sqrt(view.one_minus_alpha2 * (light.NoL * light.NoL) + edge * edge);
+    return light;
+}
+
+// S² − NoL² = α² (1 − NoL²) of the light, in its scale.
+KILN_FUNCTION real ggx_excess(View view, HalfVector h, Light light) {
+    const real edge = view.alpha_over_S * h.hh;
+    const real middle = view.alpha * light.NoL;
+    return (edge - middle) * (edge + middle);
+}
+
+KILN_FUNCTION real ggx_VoH(View view, HalfVector h) {
+    return K(0.5) * view.S * h.VoH2 * lane_rsqrt(h.hh);
+}

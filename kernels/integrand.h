@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one sample contributes. The terms are the closed set from which every quantity is a linear
+// combination (server/compute/quantity.h): dead ones are compiled out.
+
+#define KILN_TERM_WEIGHT 1   // f NoL / pdf:             its mean is E
+#define KILN_TERM_FRESNEL 2  // (1 − VoH)^5 f NoL / pdf: its mean is B
+#define KILN_TERM_DEFICIT 4  // its mean is 1 − E, summed as such since E → 1 at low roughness
+
+#define KILN_IMPORTANCE_VNDF 0
+#define KILN_IMPORTANCE_NDF 1
+
+typedef struct {
+    int masking, importance, terms;
+} Integrand;
+
+typedef struct {
+    real weight, fresnel, deficit;
+} Terms;
+
+// A sample is worked in three stages, so that batch.h can run each over many points.
+KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, scalar a, scalar b, scalar c) {
+    if (what.importance == KILN_IMPORTANCE_NDF) return ggx_sample_ndf(view, a, b);
+    return ggx_sample_vndf(view, a, b, c);
+}
+
+// Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the densities.
+// A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays in the divisor.
+KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, scalar c) {
+    const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
+    Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)), lanes(K(0.0))};
+    if (what.terms & KILN_TERM_DEFICIT) {
+        const real excess = ggx_excess(view, h, light);
+        const real lacking = smith_deficit(what.masking, view.vz, light.NoL, light.S, excess);
+        terms.deficit = lane_select(light.NoL > K(0.0), lacking, lanes(K(1.0)));
+    }
+    if (what.importance == KILN_IMPORTANCE_NDF) {
+        const real ratio = ggx_vndf_over_ndf(view, h, c);
+        terms.weight = terms.weight * ratio;
+        terms.deficit = terms.deficit * ratio;
+    }
+    if (what.terms & KILN_TERM_FRESNEL)
+        terms.fresnel = terms.weight * fresnel_schlick_weight(ggx_VoH(view, h));
+    return terms;
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// The dialect: what OpenCL C and C++ do not spell alike, and nothing else. Every other file of this
+// folder is C that both languages read. Meant to be included again under other settings (no guard):
+//   KILN_DOUBLE  0 | 1    precision of scalar and real
+//   KILN_LANES   1 | 2 …  lanes of a real: one on GPUs, a SIMD register or more on CPUs
+// Two kinds of value: `scalar` is uniform, `real` is one value a lane. A real is never tested by `if`;
+// lane_select(condition, a, b) is its choice. Only + − × ÷ √ reach a real, and contraction is off, so that
+// every CPU gives the same bits.
+
+#ifdef __OPENCL_C_VERSION__
+
+#pragma OPENCL FP_CONTRACT OFF
+#define KILN_FUNCTION static inline
+#define KILN_GLOBAL __global
+#define lane_select(condition, a, b) ((condition) ? (a) : (b))
+#define KILN_JOIN_(type, lanes) type##lanes
+#define KILN_JOIN(type, lanes) KILN_JOIN_(type, lanes)
+#if KILN_DOUBLE
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+typedef double scalar;
+#else
+typedef float scalar;
+#endif
+#if KILN_LANES == 1
+typedef scalar real;
+#elif KILN_DOUBLE
+typedef KILN_JOIN(double, KILN_LANES) real;
+#else
+typedef KILN_JOIN(float, KILN_LANES) real;
+#endif
+KILN_FUNCTION real lane_sqrt(real x) { return sqrt(x); }
+KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
+#if !KILN_DOUBLE && KILN_LANES == 1
+#define KILN_AS_BITS(x) as_int(x)
+#define KILN_AS_REAL(x) as_float(x)
+#elif !KILN_DOUBLE
+#define KILN_AS_BITS(x) KILN_JOIN(as_int, KILN_LANES)(x)
+#define KILN_AS_REAL(x) KILN_JOIN(as_float, KILN_LANES)(x)
+#endif
+
+#else  // C++: whoever includes this has defined scalar, real, lane_sqrt and the two casts between bits
+
+#define KILN_FUNCTION __attribute__((always_inline)) static inline
+#define KILN_GLOBAL
+#ifndef lane_select
+#define lane_select(condition, a, b) ((condition) ? (a) : (b))
+#endif
+KILN_FUNCTION real lanes(scalar x) { return real{} + x; }
+
+#endif
+
+// A literal in the precision of scalar: a bare 0.5 would turn float arithmetic into double.
+#ifdef K
+#undef K
+#endif
+#if KILN_DOUBLE
+#define K(literal) literal
+#else
+#define K(literal) literal##f
+#endif
+
+
+// 1/√x for normal x > 0, to 3e-7 relative; on every device the same bits, as √ and ÷ would give, but on
+// the multipliers, which are idle while the divider serves the √ and ÷ beside it. First guess and step by
+// J. Kadlec (2010), 6.5e-4; then one step of third order (Householder), which leaves rounding alone.
+KILN_FUNCTION real lane_rsqrt(real x) {
+#if KILN_DOUBLE
+    return K(1.0) / lane_sqrt(x);
+#else
+    real y = KILN_AS_REAL(0x5F1FFFF9 - (KILN_AS_BITS(x) >> 1));
+    y = y * K(0.703952253) * (K(2.38924456) - x * y * y);
+    const real e = K(1.0) - x * y * y;
+    return y + y * e * (K(0.5) + K(0.375) * e);
+#endif
+}

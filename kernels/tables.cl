@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The OpenCL entry. One work-item owns KILN_LANES neighbouring texels and walks the batches of a launch.
+// Specialised on what is asked by the closed set KILN_MASKING, KILN_IMPORTANCE, KILN_TERMS, KILN_AVERAGED;
+// sizes, counts and points are arguments.
+//   texels   NoV of every lane, then alpha of every lane: 2 × texel_stride
+//   points   KILN_POINT_SCALARS a point
+//   batches  first point, point count: batch_count pairs
+//   sums     [batch][term that is asked for][texel_stride]
+
+__kernel void tables(__global const scalar* texels, __global const scalar* points,
+                     __global const uint* batches, const uint batch_count, const uint texel_stride,
+                     __global scalar* sums) {
+    const Integrand what = {KILN_MASKING, KILN_IMPORTANCE, KILN_TERMS};
+    const size_t group = get_global_id(0);
+    const size_t lane_groups = texel_stride / KILN_LANES;
+    __global const real* lane_texels = (__global const real*)texels;
+    const real NoV = lane_texels[group];
+    const real alpha = lane_texels[lane_groups + group];
+    __global real* out = (__global real*)sums + group;
+    for (uint b = 0; b < batch_count; ++b) {
+        const Terms sum = batch_sum(what, KILN_AVERAGED, NoV, alpha,
+                                    points + (size_t)KILN_POINT_SCALARS * batches[2 * b], batches[2 * b + 1]);
+        if (KILN_TERMS & KILN_TERM_WEIGHT) { *out = sum.weight; out += lane_groups; }
+        if (KILN_TERMS & KILN_TERM_FRESNEL) { *out = sum.fresnel; out += lane_groups; }
+        if (KILN_TERMS & KILN_TERM_DEFICIT) { *out = sum.deficit; out += lane_groups; }
+    }
+}

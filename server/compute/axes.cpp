@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/axes.h"
+
+#include <cmath>
+
+namespace kiln {
+
+double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
+    const double n = static_cast<double>(count), i = static_cast<double>(index);
+    double t = axis.grid == Grid::center ? (i + 0.5) / n : (count > 1 ? i / (n - 1) : 0.0);
+    if (axis.flip) t = 1 - t;
+    switch (axis.mapping) {
+        case Mapping::linear: return axis.lo + (axis.hi - axis.lo) * t;
+        case Mapping::sqrt: {
+            const double root = std::sqrt(axis.lo) + (std::sqrt(axis.hi) - std::sqrt(axis.lo)) * t;
+            return root * root;
+        }
+        case Mapping::square:
+            return std::sqrt(axis.lo * axis.lo + (axis.hi * axis.hi - axis.lo * axis.lo) * t);
+    }
+    __builtin_unreachable();
+}
+
+std::size_t roughness_axis(const JobSpec& job) {
+    std::size_t axis = 0;
+    while (job.axes.at(axis).parameter == Parameter::NoV) ++axis;
+    return axis;
+}
+
+namespace {
+std::vector<double> values_along(const JobSpec& job, std::size_t axis) {
+    std::vector<double> values;
+    for (std::int64_t i = 0; i < job.resolution[axis]; ++i) {
+        const double value = axis_value(job.axes[axis], i, job.resolution[axis]);
+        const bool rough = job.axes[axis].parameter == Parameter::roughness;
+        values.push_back(rough ? alpha_from_roughness(value) : value);
+    }
+    return values;
+}
+}  // namespace
+
+Places Places::directional(const JobSpec& job) {
+    const std::size_t rough = roughness_axis(job), view = 1 - rough;
+    Places places;
+    places.width_ = static_cast<std::size_t>(job.resolution[0]);
+    places.height_ = static_cast<std::size_t>(job.resolution[1]);
+    places.NoV_along_x_ = view == 0;
+    places.NoV_ = values_along(job, view);
+    places.alpha_ = values_along(job, rough);
+    return places;
+}
+
+Places Places::averaged(const JobSpec& job) {
+    Places places;
+    places.alpha_ = values_along(job, roughness_axis(job));
+    places.height_ = places.alpha_.size();
+    return places;
+}
+
+double Places::NoV(std::size_t place) const {
+    if (NoV_.empty()) return 0;
+    return NoV_[NoV_along_x_ ? place % width_ : place / width_];
+}
+
+double Places::alpha(std::size_t place) const {
+    if (NoV_.empty()) return alpha_[place];
+    return alpha_[NoV_along_x_ ? place / width_ : place % width_];
+}
+
+}  // namespace kiln

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <compare>
+#include <cstddef>
+#include <span>
+
+#include "server/compute/points.h"
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+/// What a kernel is specialised on: what is computed, never how much of it. A closed set.
+struct Specialisation {
+    Masking masking = Masking::smith_correlated;
+    Importance importance = Importance::vndf;
+    int terms = 0;  ///< bits 1 << term, see quantity.h
+    bool averaged = false;
+    Precision precision = Precision::float32;
+    auto operator<=>(const Specialisation&) const = default;
+};
+
+/// Texel strides are multiples of this many lanes, the widest of all backends.
+inline constexpr std::size_t kLanesMax = 16;
+
+/// One device call: the sums of some batches at some texels.
+template <typename Scalar>
+struct Launch {
+    Specialisation what;
+    std::size_t texel_stride = 0;      ///< texels padded to kLanesMax
+    std::span<const Scalar> texels;    ///< NoV of each, then alpha of each: 2 × texel_stride
+    std::span<const Scalar> points;    ///< kPointScalars a point
+    std::span<const BatchRange> batches;
+    std::span<Scalar> sums;            ///< out: [batch][term asked for, by rising bit][texel_stride]
+};
+
+/// Where kernels run. Equal launches give equal bits on every backend of one numerics class.
+class Backend {
+  public:
+    virtual ~Backend() = default;
+    /// Throws Error("device_failed") naming the call that failed.
+    virtual void run(const Launch<float>& launch) = 0;
+    virtual void run(const Launch<double>& launch) = 0;
+};
+
+}  // namespace kiln

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/native.h"
+
+#include "server/base/error.h"
+
+namespace kiln {
+
+namespace {
+
+const NativeKernels& kernels_of(InstructionSet set) {
+    switch (set) {
+        case InstructionSet::v4: return kNativeV4;
+        case InstructionSet::v3: return kNativeV3;
+        case InstructionSet::v2: return kNativeV2;
+    }
+    __builtin_unreachable();
+}
+
+class NativeBackend : public Backend {
+  public:
+    NativeBackend(ThreadPool& pool, InstructionSet set) : pool_(pool), kernels_(kernels_of(set)) {}
+
+    void run(const Launch<float>& launch) override {
+        run_groups(launch, static_cast<std::size_t>(kernels_.float_lanes), kernels_.find_float);
+    }
+    void run(const Launch<double>& launch) override {
+        run_groups(launch, static_cast<std::size_t>(kernels_.double_lanes), kernels_.find_double);
+    }
+
+  private:
+    template <typename Scalar, typename Find>
+    void run_groups(const Launch<Scalar>& launch, std::size_t lanes, Find find) {
+        const Specialisation& what = launch.what;
+        const NativeFunction<Scalar> function = find(static_cast<int>(what.masking), static_cast<int>(what.importance),
+                                                     what.terms, what.averaged ? 1 : 0);
+        pool_.parallel_for(launch.texel_stride / lanes, [&](std::size_t group) {
+            const std::size_t first = group * lanes;
+            function({launch.texels.data() + first, launch.texels.data() + launch.texel_stride + first,
+                      launch.points.data(), launch.batches.data(), static_cast<unsigned>(launch.batches.size()),
+                      launch.texel_stride, launch.sums.data() + first});
+        });
+    }
+
+    ThreadPool& pool_;
+    const NativeKernels& kernels_;
+};
+
+}  // namespace
+
+std::vector<InstructionSet> usable_instruction_sets() {
+    std::vector<InstructionSet> sets;
+    if (__builtin_cpu_supports("x86-64-v4")) sets.push_back(InstructionSet::v4);
+    if (__builtin_cpu_supports("x86-64-v3")) sets.push_back(InstructionSet::v3);
+    if (__builtin_cpu_supports("x86-64-v2")) sets.push_back(InstructionSet::v2);
+    if (sets.empty()) throw Error("device_unavailable", "the native backend needs an x86-64-v2 CPU (SSE4.2)");
+    return sets;
+}
+
+std::string to_string(InstructionSet set) {
+    switch (set) {
+        case InstructionSet::v4: return "x86-64-v4";
+        case InstructionSet::v3: return "x86-64-v3";
+        case InstructionSet::v2: return "x86-64-v2";
+    }
+    __builtin_unreachable();
+}
+
+std::unique_ptr<Backend> make_native_backend(ThreadPool& pool, InstructionSet set) {
+    return std::make_unique<NativeBackend>(pool, set);
+}
+
+}  // namespace kiln

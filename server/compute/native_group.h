@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Plain types alone: the files compiled for one instruction set include this and nothing else.
+
+namespace kiln {
+
+/// A run of points that is summed in working precision.
+struct BatchRange {
+    unsigned first_point = 0;
+    unsigned point_count = 0;
+};
+
+/// One lane group of a launch, see Launch in backend.h; pointers already stand at the group.
+template <typename Scalar>
+struct NativeGroup {
+    const Scalar* NoV;
+    const Scalar* alpha;
+    const Scalar* points;
+    const BatchRange* batches;
+    unsigned batch_count;
+    unsigned long texel_stride;
+    Scalar* sums;
+};
+
+template <typename Scalar>
+using NativeFunction = void (*)(const NativeGroup<Scalar>&);
+
+/// The functions of one instruction set. Arguments as Specialisation, by number.
+struct NativeKernels {
+    int float_lanes, double_lanes;
+    NativeFunction<float> (*find_float)(int masking, int importance, int terms, int averaged);
+    NativeFunction<double> (*find_double)(int masking, int importance, int terms, int averaged);
+};
+
+extern const NativeKernels kNativeV2, kNativeV3, kNativeV4;
+
+}  // namespace kiln

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels for one instruction set and one precision. Included by the native_v*.cpp files, each compiled
+// with its own -march, inside a namespace of its own, with `Register`, `RegisterBits`, `scalar`, KILN_LANES
+// and KILN_DOUBLE set. No standard header may be included here: an inline function compiled under a wide
+// -march could be linked into code that runs everywhere.
+
+using real = Register;
+__attribute__((always_inline)) static inline real lane_sqrt(real x) { return register_sqrt(x); }
+#undef KILN_AS_BITS
+#undef KILN_AS_REAL
+#undef KILN_STRETCH
+#define KILN_AS_BITS(x) ((RegisterBits)(x))
+#define KILN_AS_REAL(x) ((real)(x))
+#define KILN_STRETCH 32
+
+#include "kernels/lane.h"
+#include "kernels/fresnel.h"
+#include "kernels/smith.h"
+#include "kernels/ggx.h"
+#include "kernels/integrand.h"
+#include "kernels/batch.h"
+
+static void store(scalar* to, real value) {
+    for (int lane = 0; lane < KILN_LANES; ++lane) to[lane] = value[lane];
+}
+
+template <int masking, int importance, int terms, int averaged>
+static void group_sums(const NativeGroup<scalar>& group) {
+    const Integrand what = {masking, importance, terms};
+    real NoV, alpha;
+    for (int lane = 0; lane < KILN_LANES; ++lane) {
+        NoV[lane] = group.NoV[lane];
+        alpha[lane] = group.alpha[lane];
+    }
+    scalar* out = group.sums;
+    for (unsigned b = 0; b < group.batch_count; ++b) {
+        const BatchRange batch = group.batches[b];
+        const Terms sum = batch_sum(what, averaged, NoV, alpha,
+                                    group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point,
+                                    batch.point_count);
+        if (terms & KILN_TERM_WEIGHT) store(out, sum.weight), out += group.texel_stride;
+        if (terms & KILN_TERM_FRESNEL) store(out, sum.fresnel), out += group.texel_stride;
+        if (terms & KILN_TERM_DEFICIT) store(out, sum.deficit), out += group.texel_stride;
+    }
+}
+
+// Rows: masking, importance; within a row the term sets 1…7 at a fixed view, then those averaged.
+template <int masking, int importance>
+struct Row {
+    static constexpr NativeFunction<scalar> functions[2][8] = {
+        {nullptr, group_sums<masking, importance, 1, 0>, group_sums<masking, importance, 2, 0>,
+         group_sums<masking, importance, 3, 0>, group_sums<masking, importance, 4, 0>,
+         group_sums<masking, importance, 5, 0>, group_sums<masking, importance, 6, 0>,
+         group_sums<masking, importance, 7, 0>},
+        {nullptr, group_sums<masking, importance, 1, 1>, group_sums<masking, importance, 2, 1>,
+         group_sums<masking, importance, 3, 1>, group_sums<masking, importance, 4, 1>,
+         group_sums<masking, importance, 5, 1>, group_sums<masking, importance, 6, 1>,
+         group_sums<masking, importance, 7, 1>}};
+};
+
+static NativeFunction<scalar> find(int masking, int importance, int terms, int averaged) {
+    constexpr const NativeFunction<scalar>(*rows[2][2])[8] = {
+        {Row<0, 0>::functions, Row<0, 1>::functions}, {Row<1, 0>::functions, Row<1, 1>::functions}};
+    return rows[masking][importance][averaged][terms];
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/opencl.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+
+#include "server/base/error.h"
+#include "server/compute/kernel_digest.h"
+#include "server/compute/opencl_api.h"
+
+namespace kiln {
+
+namespace {
+
+/// A specialisation's program, with what the trial launch found.
+struct Built {
+    cl::Program program;
+    cl::Kernel kernel;
+    std::string numerics;
+};
+
+/// Options come from closed sets alone: no text of a user can reach the compiler.
+std::string build_options(const Specialisation& what, std::size_t lanes, const cl::Device& device) {
+    std::string options = "-cl-std=CL1.2";
+    if (device.correctly_rounded) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    const auto define = [&](const char* name, int value) {
+        options += std::string(" -D") + name + "=" + std::to_string(value);
+    };
+    define("KILN_DOUBLE", what.precision == Precision::float64 ? 1 : 0);
+    define("KILN_LANES", static_cast<int>(lanes));
+    define("KILN_STRETCH", device.cpu ? 32 : 1);
+    define("KILN_MASKING", static_cast<int>(what.masking));
+    define("KILN_IMPORTANCE", static_cast<int>(what.importance));
+    define("KILN_TERMS", what.terms);
+    define("KILN_AVERAGED", what.averaged ? 1 : 0);
+    return options;
+}
+
+}  // namespace
+
+struct OpenClBackend::State {
+    Backend& oracle;
+    cl::Device device;
+    cl::Context context;
+    cl::Queue queue;
+    mutable std::mutex mutex;  // of `programs` and of building
+    std::map<Specialisation, Built> programs;
+
+    explicit State(Backend& native) : oracle(native) {
+        auto devices = cl::enumerate();
+        std::erase_if(devices, [](const cl::Device& d) { return !d.usable; });
+        if (devices.empty()) throw Error("device_unavailable", "no OpenCL device is usable");
+        device = *std::min_element(devices.begin(), devices.end(),
+                                   [](const cl::Device& a, const cl::Device& b) { return a.cpu < b.cpu; });
+        cl_int status = CL_SUCCESS;
+        context = cl::Context(clCreateContext(nullptr, 1, &device.id, nullptr, nullptr, &status));
+        cl::check(status, "clCreateContext");
+        queue = cl::Queue(clCreateCommandQueue(context.get(), device.id, 0, &status));
+        cl::check(status, "clCreateCommandQueue");
+    }
+
+    std::size_t lanes(Precision precision) const {
+        if (!device.cpu) return 1;
+        return precision == Precision::float64 ? 8 : 16;
+    }
+
+    const Built& find(const Specialisation& what) const {
+        const std::lock_guard lock(mutex);
+        const auto at = programs.find(what);
+        if (at == programs.end()) throw Error("device_failed", "the OpenCL program is not built");
+        return at->second;
+    }
+
+    Built compile(const Specialisation& what) const {
+        if (what.precision == Precision::float64 && !device.doubles)
+            throw Error("device_unavailable", device.name + " has no double precision");
+        const std::string_view text = kernel_text();
+        const char* source = text.data();
+        const std::size_t length = text.size();
+        cl_int status = CL_SUCCESS;
+        Built built;
+        built.program = cl::Program(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
+        cl::check(status, "clCreateProgramWithSource");
+        const std::string options = build_options(what, lanes(what.precision), device);
+        cl::check(clBuildProgram(built.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
+                  "clBuildProgram");
+        built.kernel = cl::Kernel(clCreateKernel(built.program.get(), "tables", &status));
+        cl::check(status, "clCreateKernel");
+        return built;
+    }
+
+    template <typename T>
+    cl::Buffer buffer(cl_mem_flags flags, std::size_t count, const T* data) const {
+        cl_int status = CL_SUCCESS;
+        void* host = const_cast<void*>(static_cast<const void*>(data));
+        cl::Buffer made(clCreateBuffer(context.get(), flags, count * sizeof(T), host, &status));
+        cl::check(status, "clCreateBuffer");
+        return made;
+    }
+
+    template <typename Scalar>
+    void launch(const Built& built, const Launch<Scalar>& launch) const {
+        const cl_mem_flags given = CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR;
+        const cl::Buffer texels = buffer(given, launch.texels.size(), launch.texels.data());
+        const cl::Buffer points = buffer(given, launch.points.size(), launch.points.data());
+        const cl::Buffer batches = buffer(given, launch.batches.size(), launch.batches.data());
+        const cl::Buffer sums = buffer<Scalar>(CL_MEM_WRITE_ONLY, launch.sums.size(), nullptr);
+        const auto batch_count = static_cast<cl_uint>(launch.batches.size());
+        const auto stride = static_cast<cl_uint>(launch.texel_stride);
+        cl_uint index = 0;
+        const auto argument = [&](std::size_t size, const void* value) {
+            cl::check(clSetKernelArg(built.kernel.get(), index++, size, value), "clSetKernelArg");
+        };
+        argument(sizeof(cl_mem), texels.address());
+        argument(sizeof(cl_mem), points.address());
+        argument(sizeof(cl_mem), batches.address());
+        argument(sizeof(batch_count), &batch_count);
+        argument(sizeof(stride), &stride);
+        argument(sizeof(cl_mem), sums.address());
+        const std::size_t global = launch.texel_stride / lanes(launch.what.precision);
+        const std::size_t local = 1;  // CPUs: a work-item already fills the vector unit
+        cl::check(clEnqueueNDRangeKernel(queue.get(), built.kernel.get(), 1, nullptr, &global,
+                                         device.cpu ? &local : nullptr, 0, nullptr, nullptr),
+                  "clEnqueueNDRangeKernel");
+        cl::check(clFinish(queue.get()), "clFinish");
+        cl::check(clEnqueueReadBuffer(queue.get(), sums.get(), CL_TRUE, 0, launch.sums.size_bytes(),
+                                      launch.sums.data(), 0, nullptr, nullptr),
+                  "clEnqueueReadBuffer");
+    }
+
+    /// A launch small enough to be free and wide enough to show a contraction or a rounding of its own: a
+    /// device whose sums equal the oracle's bits belongs to its numerics class.
+    template <typename Scalar>
+    bool equals_oracle(const Built& built, const Specialisation& what) const {
+        constexpr std::size_t kStride = 64, kPoints = 64;
+        std::vector<Scalar> texels(2 * kStride);
+        for (std::size_t i = 0; i < kStride; ++i) {
+            texels[i] = static_cast<Scalar>((static_cast<double>(i % 8) + 0.5) / 8);
+            const double roughness = (static_cast<double>(i / 8) + 0.5) / 8;
+            texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
+        }
+        const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kPoints);
+        const std::vector<Scalar> points(set.values.begin(), set.values.end());
+        const std::size_t planes = static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+        std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
+        launch(built, Launch<Scalar>{what, kStride, texels, points, set.batches, mine});
+        oracle.run(Launch<Scalar>{what, kStride, texels, points, set.batches, wanted});
+        return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
+    }
+};
+
+OpenClBackend::OpenClBackend(Backend& oracle) : state_(std::make_unique<State>(oracle)) {}
+OpenClBackend::~OpenClBackend() = default;
+
+void OpenClBackend::build(const Specialisation& what) {
+    if (built(what)) return;
+    Built made = state_->compile(what);
+    const bool strict = what.precision == Precision::float64 ? state_->equals_oracle<double>(made, what)
+                                                             : state_->equals_oracle<float>(made, what);
+    made.numerics = strict ? kStrictNumerics : "opencl/" + state_->device.name + "/" + state_->device.driver;
+    const std::lock_guard lock(state_->mutex);
+    state_->programs.emplace(what, std::move(made));
+}
+
+bool OpenClBackend::built(const Specialisation& what) const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->programs.contains(what);
+}
+
+void OpenClBackend::run(const Launch<float>& launch) { state_->launch(state_->find(launch.what), launch); }
+void OpenClBackend::run(const Launch<double>& launch) { state_->launch(state_->find(launch.what), launch); }
+
+std::string OpenClBackend::name() const { return state_->device.name; }
+std::string OpenClBackend::numerics(const Specialisation& what) const { return state_->find(what).numerics; }
+
+std::vector<DeviceInfo> opencl_devices() {
+    std::vector<DeviceInfo> infos;
+    for (const cl::Device& device : cl::enumerate()) {
+        DeviceInfo info;
+        info.backend = "opencl";
+        info.name = device.name;
+        info.vendor = device.vendor;
+        info.version = device.version;
+        info.numerics = device.correctly_rounded ? "decided by a trial launch, per program" : "of its own";
+        info.compute_units = device.compute_units;
+        info.usable = device.usable;
+        info.detail = device.detail;
+        infos.push_back(std::move(info));
+    }
+    return infos;
+}
+
+}  // namespace kiln

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/compute/backend.h"
+#include "server/compute/engine.h"
+
+namespace kiln {
+
+/// Numerics class of every backend whose launches are bit-equal to the native one.
+inline constexpr const char* kStrictNumerics = "ieee754-strict";
+
+/// The kernels on the first usable OpenCL device, GPUs before CPUs. Programs are built on demand, one a
+/// specialisation, and each is tried on a small launch against `oracle` before it counts as built.
+class OpenClBackend : public Backend {
+  public:
+    /// Throws Error("device_unavailable" | "device_failed").
+    explicit OpenClBackend(Backend& oracle);
+    ~OpenClBackend() override;
+
+    /// Builds what launches of `what` need, if it is not built yet. Safe from any thread, also beside run().
+    void build(const Specialisation& what);
+    bool built(const Specialisation& what) const;
+
+    void run(const Launch<float>& launch) override;
+    void run(const Launch<double>& launch) override;
+
+    std::string name() const;
+    /// kStrictNumerics, or a class of the device's own where the trial launch differed in a bit.
+    std::string numerics(const Specialisation& what) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+std::vector<DeviceInfo> opencl_devices();
+
+}  // namespace kiln

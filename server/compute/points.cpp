@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kiln {
+
+namespace {
+
+constexpr double kTwo32 = 4294967296.0;
+constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
+using Point = std::array<double, kDimensions>;
+
+double fraction(double x) { return x - std::floor(x); }
+
+/// The middle of the 2^-32 wide cell: never 0 and never 1.
+double unit_from_bits(std::uint32_t bits) { return (bits + 0.5) / kTwo32; }
+
+/// SplitMix64's finaliser (Steele, Lea, Flood 2014).
+std::uint64_t mix(std::uint64_t x) {
+    x += 0x9E3779B97F4A7C15u;
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+    return x ^ (x >> 31);
+}
+
+std::uint64_t key(std::uint64_t seed, std::uint64_t replicate, std::uint64_t dimension) {
+    return mix(mix(mix(seed) ^ replicate) ^ dimension);
+}
+
+std::uint32_t reverse_bits(std::uint32_t x) {
+    x = (x >> 16) | (x << 16);
+    x = ((x & 0x00FF00FFu) << 8) | ((x & 0xFF00FF00u) >> 8);
+    x = ((x & 0x0F0F0F0Fu) << 4) | ((x & 0xF0F0F0F0u) >> 4);
+    x = ((x & 0x33333333u) << 2) | ((x & 0xCCCCCCCCu) >> 2);
+    return ((x & 0x55555555u) << 1) | ((x & 0xAAAAAAAAu) >> 1);
+}
+
+/// Nested uniform scrambling by hashing (Laine, Karras 2011, in the form of Burley 2020, listing 2).
+std::uint32_t owen_scramble(std::uint32_t bits, std::uint32_t seed) {
+    std::uint32_t x = reverse_bits(bits);
+    x += seed;
+    x ^= x * 0x6C50B47Cu;
+    x ^= x * 0xB82F1E52u;
+    x ^= x * 0xC7AFE638u;
+    x ^= x * 0x8D22F6E6u;
+    return reverse_bits(x);
+}
+
+using Directions = std::array<std::uint32_t, 32>;
+
+/// Direction numbers of the first three Sobol dimensions (Joe, Kuo 2008: primitive polynomials x + 1 with
+/// m = 1, and x² + x + 1 with m = 1, 3; the first dimension is van der Corput's).
+std::array<Directions, kDimensions> sobol_directions() {
+    std::array<Directions, kDimensions> v{};
+    for (unsigned i = 0; i < 32; ++i) v[0][i] = 1u << (31 - i);
+    v[1][0] = 1u << 31;
+    for (unsigned i = 1; i < 32; ++i) v[1][i] = v[1][i - 1] ^ (v[1][i - 1] >> 1);
+    v[2][0] = 1u << 31;
+    v[2][1] = 3u << 30;
+    for (unsigned i = 2; i < 32; ++i) v[2][i] = v[2][i - 2] ^ (v[2][i - 2] >> 2) ^ v[2][i - 1];
+    return v;
+}
+
+double radical_inverse(std::uint32_t i, std::uint32_t base) {
+    double result = 0, scale = 1.0 / base;
+    for (; i != 0; i /= base, scale /= base) result += (i % base) * scale;
+    return result;
+}
+
+/// Generators of one replicate's points.
+class Generator {
+  public:
+    Generator(Sampler sampler, std::uint64_t seed, std::uint32_t replicate, std::uint32_t size)
+        : sampler_(sampler), size_(size) {
+        for (std::size_t d = 0; d < kDimensions; ++d) {
+            key_[d] = key(seed, replicate, d);
+            shift_[d] = unit_from_bits(static_cast<std::uint32_t>(key_[d] >> 32));
+        }
+    }
+
+    Point operator()(std::uint32_t i) const {
+        switch (sampler_) {
+            case Sampler::hammersley: return shifted({(i + 0.5) / size_, radical_inverse(i, 2), radical_inverse(i, 3)});
+            case Sampler::lattice: return shifted(lattice(i));
+            case Sampler::sobol_owen: return sobol(i);
+            case Sampler::random: return random(i);
+        }
+        __builtin_unreachable();
+    }
+
+  private:
+    /// Rank-1 in i / n, with the plastic number's powers in the other dimensions (Roberts 2018): even for
+    /// every n, where a tabulated generator serves one.
+    Point lattice(std::uint32_t i) const {
+        constexpr double kGolden = 0.6180339887498949;
+        constexpr double kPlastic = 0.7548776662466927;
+        return {(i + 0.5) / size_, fraction(i * kGolden), fraction(i * kPlastic)};
+    }
+
+    Point sobol(std::uint32_t i) const {
+        static const auto directions = sobol_directions();
+        Point point;
+        for (std::size_t d = 0; d < kDimensions; ++d) {
+            std::uint32_t bits = 0;
+            for (std::uint32_t rest = i, bit = 0; rest != 0; rest >>= 1, ++bit)
+                if (rest & 1) bits ^= directions[d][bit];
+            point[d] = unit_from_bits(owen_scramble(bits, static_cast<std::uint32_t>(key_[d])));
+        }
+        return point;
+    }
+
+    Point random(std::uint32_t i) const {
+        Point point;
+        for (std::size_t d = 0; d < kDimensions; ++d)
+            point[d] = unit_from_bits(static_cast<std::uint32_t>(mix(key_[d] + i) >> 32));
+        return point;
+    }
+
+    /// Cranley, Patterson 1976: a random shift on the torus, kept off 0.
+    Point shifted(Point point) const {
+        for (std::size_t d = 0; d < kDimensions; ++d)
+            point[d] = std::max(fraction(point[d] + shift_[d]), 0.5 / kTwo32);
+        return point;
+    }
+
+    Sampler sampler_;
+    std::uint32_t size_;
+    std::array<std::uint64_t, kDimensions> key_{};
+    Point shift_{};
+};
+
+/// The kernel's three scalars of the half vector (kernels/ggx.h), and NoV = √u of an average.
+void append(std::vector<double>& values, Importance importance, const Point& point) {
+    const double u = point[1], rest = 1 - u;
+    if (importance == Importance::vndf) {
+        values.insert(values.end(), {cos_turn(point[0]), rest, u});
+    } else {
+        const double z = std::sqrt(rest);
+        values.insert(values.end(), {std::sqrt(u) * cos_turn(point[0]), z, 1 / z});
+    }
+    values.push_back(std::sqrt(point[2]));
+}
+
+}  // namespace
+
+double cos_turn(double u) {
+    // Folded into [0, 1/4] of a turn, then into [0, 1/8] as a cosine or a sine; Taylor to below 1e-17.
+    constexpr double kTwoPi = 6.283185307179586;
+    double folded = u > 0.5 ? 1 - u : u;
+    const bool negative = folded > 0.25;
+    if (negative) folded = 0.5 - folded;
+    const bool as_sine = folded > 0.125;
+    const double x = kTwoPi * (as_sine ? 0.25 - folded : folded), x2 = x * x;
+    double sum = 0;
+    for (int k = 9; k >= 0; --k) {
+        const int order = as_sine ? 2 * k + 1 : 2 * k;
+        sum = 1 - sum * x2 / ((order + 1) * (order + 2));
+    }
+    const double value = as_sine ? sum * x : sum;
+    return negative ? -value : value;
+}
+
+PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed, std::int64_t sample_count) {
+    const auto total = static_cast<std::uint64_t>(sample_count);
+    const auto replicates = std::min<std::uint64_t>(total, kReplicatesMax);
+    PointSet set;
+    set.values.reserve(total * kPointScalars);
+    std::uint64_t first = 0;
+    for (std::uint32_t r = 0; r < replicates; ++r) {
+        const std::uint64_t end = total * (r + 1) / replicates;
+        const auto size = static_cast<std::uint32_t>(end - first);
+        const Generator generate(sampler, seed, r, size);
+        for (std::uint32_t i = 0; i < size; ++i) append(set.values, importance, generate(i));
+        for (std::uint32_t at = 0; at < size; at += kBatchPointsMax) {
+            set.batches.push_back({static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});
+            set.replicate_of_batch.push_back(r);
+        }
+        set.replicate_sizes.push_back(size);
+        first = end;
+    }
+    return set;
+}
+
+}  // namespace kiln

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/compute/points.h"
+#include "server/compute/quantity.h"
+#include "server/compute/thread_pool.h"
+
+namespace kiln {
+
+/// Standard errors gathered over places and channels.
+struct ErrorSummary {
+    double sum_of_squares = 0, max = 0;
+    std::uint64_t count = 0;
+
+    void add(double standard_error) {
+        sum_of_squares += standard_error * standard_error;
+        if (standard_error > max) max = standard_error;
+        ++count;
+    }
+    void add(const ErrorSummary& other);
+    double rms() const;
+};
+
+/// Running mean and spread of the replicate means of some quantities at a block of places. Batches come in the
+/// order of the points, in any split; the result depends on neither split nor thread count.
+class Replicates {
+  public:
+    /// `coefficients[q]` combines terms into quantity q; `stride` is the launch's texel_stride.
+    Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms, std::size_t stride);
+
+    /// Starts over, for a block of `place_count` ≤ stride places.
+    void reset(std::size_t place_count);
+
+    /// Adds the batches [first, first + count) of `set`, whose sums are laid out as Launch::sums.
+    template <typename Scalar>
+    void add(ThreadPool& pool, const PointSet& set, std::size_t first, std::size_t count, std::span<const Scalar> sums);
+
+    std::size_t completed() const { return completed_; }        ///< replicates
+    std::uint64_t samples() const { return weight_; }           ///< a place, in completed replicates
+    std::size_t place_count() const { return place_count_; }
+    double mean(std::size_t quantity, std::size_t place) const { return mean_[quantity][place]; }
+    /// Of the mean; 0 while fewer than two replicates are complete.
+    double standard_error(std::size_t quantity, std::size_t place) const;
+    ErrorSummary summary(ThreadPool& pool, std::size_t quantity) const;
+    std::uint64_t non_finite() const;  ///< means that are not finite
+
+  private:
+    struct Step {  // one batch as every place sees it
+        std::size_t row;              // first plane of the batch in sums
+        bool completes;               // its replicate
+        double inverse_size;          // 1 / points of the replicate
+        double weight, weight_after;  // points of the replicate, of all with it
+    };
+    template <typename Scalar>
+    void add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin, std::size_t end);
+
+    std::vector<std::array<double, kTermCount>> coefficients_;
+    std::vector<std::size_t> planes_;  // term → plane within a batch
+    std::size_t plane_count_ = 0, stride_, place_count_ = 0, completed_ = 0;
+    std::uint64_t weight_ = 0;
+    std::vector<std::vector<double>> partial_, mean_, spread_;  // [quantity][place]
+};
+
+}  // namespace kiln

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/thread_pool.h"
+
+#include <sched.h>
+
+#include <algorithm>
+
+namespace kiln {
+
+namespace {
+unsigned usable_cores() {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    if (sched_getaffinity(0, sizeof(set), &set) != 0) return std::max(1u, std::thread::hardware_concurrency());
+    return static_cast<unsigned>(std::max(1, CPU_COUNT(&set)));
+}
+}  // namespace
+
+ThreadPool::ThreadPool(unsigned thread_count) {
+    const unsigned total = thread_count == 0 ? usable_cores() : thread_count;
+    for (unsigned i = 1; i < total; ++i) threads_.emplace_back([this] { work(); });
+}
+
+ThreadPool::~ThreadPool() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    start_.notify_all();
+}
+
+void ThreadPool::drain(const std::function<void(std::size_t)>& body) {
+    for (std::size_t i; (i = next_.fetch_add(1, std::memory_order_relaxed)) < count_;) body(i);
+}
+
+void ThreadPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+    {
+        const std::lock_guard lock(mutex_);
+        body_ = &body;
+        count_ = count;
+        next_ = 0;
+        busy_ = static_cast<unsigned>(threads_.size());
+        ++generation_;
+    }
+    start_.notify_all();
+    drain(body);
+    std::unique_lock lock(mutex_);
+    finished_.wait(lock, [this] { return busy_ == 0; });
+}
+
+void ThreadPool::work() {
+    std::size_t seen = 0;
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        start_.wait(lock, [&] { return stop_ || generation_ != seen; });
+        if (stop_) return;
+        seen = generation_;
+        const auto* body = body_;
+        lock.unlock();
+        drain(*body);
+        lock.lock();
+        if (--busy_ == 0) finished_.notify_one();
+    }
+}
+
+}  // namespace kiln
