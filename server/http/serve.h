@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "server/settings/settings.h"
+#include "server/store/blob_store.h"
+#include "server/store/job_store.h"
+
+namespace kiln {
+
+/// Serves until SIGTERM or SIGINT, which the caller must have blocked in all threads; the first one lets running
+/// jobs end within drain_s, a second one drops them into the queue. `engine` is ServiceParts::engine. Returns the
+/// exit status. Throws Error("cannot_listen" | "store_failed" | "bad_setting").
+int serve(const Settings& settings, const std::string& engine, JobStore& jobs, BlobStore& blobs);
+
+}  // namespace kiln

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/worker/watchdog.h"
+
+#include <unistd.h>
+
+#include "server/base/exit_status.h"
+#include "server/base/log.h"
+
+namespace kiln {
+
+namespace {
+constexpr std::chrono::milliseconds kTick{100};
+constexpr std::chrono::milliseconds kSignOfLife{500};
+/// The largest image (16 Mi texels, four channels) takes well under a minute to encode and store.
+constexpr std::chrono::minutes kStoringMax{10};
+}  // namespace
+
+Watchdog::Watchdog(Mailbox& mailbox, std::chrono::milliseconds stall)
+    : mailbox_(mailbox), stall_(stall), thread_([this] { run(); }) {}
+
+Watchdog::~Watchdog() {
+    {
+        const std::lock_guard lock(mutex_);
+        quit_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+void Watchdog::begin(Attempt& attempt) {
+    const std::lock_guard lock(mutex_);
+    attempt_ = &attempt;
+}
+
+void Watchdog::end() {
+    const std::lock_guard lock(mutex_);
+    attempt_ = nullptr;
+}
+
+void Watchdog::run() {
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point told{};
+    std::unique_lock lock(mutex_);
+    while (!quit_) {
+        if (Clock::now() - told >= kSignOfLife) {
+            mailbox_.say("alive");
+            told = Clock::now();
+        }
+        if (attempt_ != nullptr) {
+            const bool storing = attempt_->integrated();
+            if (attempt_->silence() > (storing ? std::chrono::milliseconds(kStoringMax) : stall_)) {
+                log_line("hung", {{"silence_ms", std::to_string(attempt_->silence().count())}});
+                _exit(kExitHung);
+            }
+            if (storing) attempt_->look();
+        }
+        changed_.wait_for(lock, kTick);
+    }
+}
+
+}  // namespace kiln
