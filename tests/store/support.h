@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <random>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include "server/base/error.h"
 
@@ -64,6 +67,37 @@ inline void write_file(const std::string& path, std::string_view bytes) {
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     ASSERT_TRUE(file.flush()) << path;
+}
+
+/// Runs `action`, which writes to a pipe without end, in a child process, and kills it with SIGKILL
+/// `delay` after its first words (or after its start, where it is to be killed `early`). Gives all
+/// that it wrote.
+inline std::string killed_child(const std::function<void(int)>& action,
+                                std::chrono::microseconds delay, bool early) {
+    int ends[2];
+    if (pipe(ends) != 0) throw std::runtime_error("pipe");
+    const pid_t child = fork();
+    if (child == 0) {
+        close(ends[0]);
+        action(ends[1]);
+        _exit(0);
+    }
+    close(ends[1]);
+    std::string words;
+    char part[4096];
+    const auto more = [&] {
+        const ssize_t got = read(ends[0], part, sizeof part);
+        if (got > 0) words.append(part, static_cast<std::size_t>(got));
+        return got > 0;
+    };
+    if (!early) more();
+    std::this_thread::sleep_for(delay);
+    kill(child, SIGKILL);
+    while (more()) {
+    }
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    return words;
 }
 
 /// Runs `action` in a child process and gives what it returned: "" for all well.

@@ -224,6 +224,18 @@ TEST_F(DiskBlobStoreTest, SmallerBudgetIsMetAtOpen) {
     EXPECT_GT(smaller.stats().count, 0u);
 }
 
+// Neither store knows of the other's puts.
+TEST_F(DiskBlobStoreTest, TwoWritersTogetherStayWithinTheBudget) {
+    DiskBlobStore other(folder_ / "blobs", kBudget);
+    for (int i = 0; i < 60; ++i) {
+        (i % 2 == 0 ? store_ : other).put(random_bytes(random_, kBudget / 20));
+        std::uint64_t bytes = 0;
+        for (const auto& item : fs::recursive_directory_iterator(folder_ / "blobs"))
+            if (item.is_regular_file()) bytes += item.file_size();
+        ASSERT_LE(bytes, kBudget) << i;
+    }
+}
+
 TEST_F(DiskBlobStoreTest, StatsSeeWhatOthersPut) {
     DiskBlobStore other(folder_ / "blobs", kBudget);
     other.put(std::string(1000, 'x'));

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <signal.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
 
@@ -176,31 +175,21 @@ TEST_F(SqliteJobStoreTest, KilledWhileSubmittingLosesNoAcknowledgedJob) {
     std::mt19937 random(1);
     std::vector<std::string> acknowledged;
     for (int round = 0; round < 20; ++round) {
-        int ends[2];
-        ASSERT_EQ(pipe(ends), 0);
-        const pid_t child = fork();
-        if (child == 0) {
+        const auto submit_all = [&](int out) {
             auto store = open_sqlite_job_store(path_);
             for (int i = 0;; ++i) {
                 const std::string id = std::to_string(round) + "." + std::to_string(i);
                 store->submit(id, "{}", "e1");
                 const std::string line = id + "\n";
-                if (write(ends[1], line.data(), line.size()) < 0) _exit(1);
+                if (write(out, line.data(), line.size()) < 0) return;
             }
-        }
-        close(ends[1]);
-        std::this_thread::sleep_for(std::chrono::microseconds(5000 + random() % 20000));
-        kill(child, SIGKILL);
-        std::string lines;
-        char part[4096];
-        for (ssize_t got; (got = read(ends[0], part, sizeof part)) > 0;)
-            lines.append(part, static_cast<std::size_t>(got));
-        close(ends[0]);
-        waitpid(child, nullptr, 0);
+        };
+        const std::chrono::microseconds delay(random() % 20'000);
+        const std::string lines = killed_child(submit_all, delay, round % 4 == 3);
         std::istringstream text(lines);
         for (std::string id; std::getline(text, id);) acknowledged.push_back(id);
     }
-    ASSERT_GT(acknowledged.size(), 20u) << "the children must have come to work";
+    ASSERT_GE(acknowledged.size(), 15u) << "three rounds of four wait for a first one";
     auto store = open_sqlite_job_store(path_);
     for (const std::string& id : acknowledged) EXPECT_TRUE(store->get(id)) << id;
     EXPECT_EQ(Probe(path_).ask("PRAGMA integrity_check"), "ok");
