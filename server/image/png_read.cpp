@@ -47,8 +47,8 @@ bool read_header(Reader& r) {
     png_set_user_limits(r.png, kDecodeSideMax, kDecodeSideMax);
     png_set_chunk_cache_max(r.png, 256);
     png_set_chunk_malloc_max(r.png, 4U << 20U);
-    png_set_benign_errors(r.png,
-                          0);  // otherwise a chunk above that limit is warned of and allocated
+    // Without this a chunk above that limit is warned of, and allocated all the same.
+    png_set_benign_errors(r.png, 0);
     // A damaged text chunk is damage too, not something to step over.
     png_set_crc_action(r.png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_read_info(r.png, r.info);
