@@ -167,7 +167,7 @@ Exit bake(const BakeOptions& options) {
     const Interrupt interrupt;
     const Stop stop(interrupt, options.timeout_s);
     const Result result = bake_anywhere(options, job, stop);
-    if (stop.requested()) stop.leave();
+    if (interrupt.requested()) stop.leave();
 
     write_output(options.output, result.image);
     if (!options.report.empty()) write_output(options.report, result.report + "\n");

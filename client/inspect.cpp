@@ -2,6 +2,7 @@
 // `info`, `diff` and `devices`: what looks at files and machines and changes nothing.
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
 #include "client/commands.h"
 #include "client/compare.h"
@@ -68,8 +69,12 @@ void print_statistics(const std::vector<ChannelStatistics>& statistics) {
 void print_metadata(const Metadata& metadata) {
     std::size_t width = 0;
     for (const auto& [key, value] : metadata) width = std::max(width, key.size());
-    for (const auto& [key, value] : metadata)
-        print(printable(key) + std::string(width - key.size() + 2, ' ') + printable(value));
+    for (const auto& [key, value] : metadata) {
+        std::string head = printable(key) + std::string(width - key.size() + 2, ' ');
+        std::istringstream lines(value);
+        for (std::string line; std::getline(lines, line); head.assign(width + 2, ' '))
+            print(head + printable(line));
+    }
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ bool Stop::late() const {
 
 void Stop::leave() const {
     if (interrupt_.requested())
-        throw Failure(Exit::interrupted, "interrupted", "interrupted; the job was cancelled");
+        throw Failure(Exit::interrupted, "interrupted", "interrupted; nothing was written");
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%g", timeout_s_);
     throw Failure(Exit::timed_out, "timed_out",

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `ls` and `cancel`: the jobs of a server.
+#include <time.h>
+
+#include <algorithm>
 #include <cstdio>
 
 #include "client/api.h"
@@ -43,6 +46,22 @@ std::string joined(const std::vector<std::string>& words) {
     return text;
 }
 
+/// "3 h" from "2026-01-31T12:00:00.000Z"; "" where there is no such time.
+std::string age_of(const std::string& created, std::time_t now) {
+    std::tm parts{};
+    const char* end = strptime(created.c_str(), "%Y-%m-%dT%H:%M:%S", &parts);
+    if (end == nullptr || (*end != '.' && *end != 'Z')) return "";
+    // Clocks of two machines differ: what is younger than now is new.
+    const auto age_s = std::max<long>(0, static_cast<long>(now - timegm(&parts)));
+    struct Unit {
+        long seconds;
+        const char* name;
+    };
+    for (const auto& [seconds, name] : {Unit{86400, " d"}, Unit{3600, " h"}, Unit{60, " min"}})
+        if (age_s >= 2 * seconds) return std::to_string(age_s / seconds) + name;
+    return std::to_string(age_s) + " s";
+}
+
 }  // namespace
 
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max) {
@@ -56,11 +75,13 @@ Exit list_jobs(const ServerOptions& options, const std::string& state, std::size
         say("kiln: no jobs at " + printable(api.url()));
         return Exit::done;
     }
+    const std::time_t now = std::time(nullptr);
     for (const JobStatus& job : jobs) {
         const std::string what = job.error_code.empty() ? joined(job.quantities)
                                                         : job.error_code + ": " + job.error_detail;
-        std::printf("%s  %-9s  %3.0f %%%s\n", job.id.substr(0, kIdShown).c_str(),
+        std::printf("%s  %-9s  %3.0f %%  %8s%s\n", job.id.substr(0, kIdShown).c_str(),
                     printable(job.state).c_str(), 100 * job.progress,
+                    age_of(job.created, now).c_str(),
                     what.empty() ? "" : ("  " + printable(what)).c_str());
     }
     return Exit::done;

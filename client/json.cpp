@@ -62,6 +62,7 @@ std::optional<JobStatus> job_status(const Json& json) {
     job.standard_error_max = number_at(json, "standard_error_max");
     job.error_code = text_at(object_at(json, "error"), "code");
     job.error_detail = text_at(object_at(json, "error"), "detail");
+    job.created = text_at(json, "created");
     for (const Json& quantity : array_at(object_at(json, "job"), "quantities"))
         if (quantity.is_string()) job.quantities.push_back(quantity.get<std::string>());
     job.document = dump(json, -1);

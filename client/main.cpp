@@ -25,7 +25,7 @@ constexpr const char* kExitCodes =
 struct Arguments {
     BakeOptions bake;
     ServerOptions server;
-    std::string file, other_file, id, state;
+    std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;
     std::size_t count_max = 20;
     bool json = false;
@@ -41,6 +41,15 @@ void add_server(CLI::App& command, std::string& server) {
         .add_option("--server", server,
                     std::string("server's URL; also KILN_SERVER; else ") + kDefaultServer)
         ->type_name("URL");
+}
+
+ProgressMode progress_mode(const std::string& word) {
+    static const std::map<std::string, ProgressMode> modes{{"auto", ProgressMode::automatic},
+                                                           {"bar", ProgressMode::bar},
+                                                           {"plain", ProgressMode::plain},
+                                                           {"json", ProgressMode::json},
+                                                           {"none", ProgressMode::none}};
+    return modes.at(word);
 }
 
 void add_bake(CLI::App& app, Arguments& arguments) {
@@ -65,17 +74,12 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         .add_option("--timeout", options.timeout_s,
                     "give up, and cancel, after this long; 0 = never")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6));
-    const std::map<std::string, ProgressMode> modes{{"auto", ProgressMode::automatic},
-                                                    {"bar", ProgressMode::bar},
-                                                    {"plain", ProgressMode::plain},
-                                                    {"json", ProgressMode::json},
-                                                    {"none", ProgressMode::none}};
+        ->check(CLI::Range(0.0, 1e6).description(""));
     command
-        .add_option("--progress", options.progress,
+        .add_option("--progress", arguments.progress,
                     "on standard error: auto, bar, plain, json, none")
         ->type_name("HOW")
-        ->transform(CLI::CheckedTransformer(modes).description(""));
+        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}).description(""));
     add_json(command, arguments);
     command.footer(
         "Examples:\n"
@@ -88,6 +92,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
     command.callback([&arguments, &options] {
         if (options.local && !options.server.empty())
             throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
+        options.progress = progress_mode(arguments.progress);
         arguments.run = [&] { return bake(options); };
     });
 }
@@ -109,7 +114,7 @@ void add_files(CLI::App& app, Arguments& arguments) {
         .add_option("--max-error", arguments.max_error,
                     "largest difference that still passes; else 0")
         ->type_name("X")
-        ->check(CLI::Range(0.0, std::numeric_limits<double>::max()));
+        ->check(CLI::Range(0.0, std::numeric_limits<double>::max()).description(""));
     add_json(diff_command, arguments);
     diff_command.footer(
         "Example:\n  kiln diff before.exr after.exr --max-error 1e-4\n"
@@ -138,7 +143,7 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
             CLI::IsMember({"queued", "running", "done", "failed", "cancelled"}).description(""));
     ls.add_option("--limit", arguments.count_max, "at most this many; else 20")
         ->type_name("N")
-        ->check(CLI::Range(1, 10000));
+        ->check(CLI::Range(1, 10000).description(""));
     add_json(ls, arguments);
     ls.footer("Example:\n  kiln ls --state running");
     ls.callback([&arguments] {
@@ -208,6 +213,11 @@ int parse_and_run(int argc, char** argv) {
     CLI::App app("Kiln bakes BRDF lookup tables.", "kiln");
     app.set_version_flag("--version", std::string("kiln ") + kVersion);
     app.require_subcommand(1);
+    app.failure_message([](const CLI::App* root, const CLI::Error& error) {
+        const auto named = root->get_subcommands();
+        const std::string command = named.empty() ? "" : " " + named.front()->get_name();
+        return "kiln: " + printable(error.what()) + "\n  kiln" + command + " --help tells more\n";
+    });
     app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
     add_bake(app, arguments);
     add_files(app, arguments);

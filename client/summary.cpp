@@ -86,8 +86,9 @@ void summarise(const Report& report, const JobSpec& job, const Written& written)
         for (const LeftOut& left : report.left_out)
             say("  left out: " + printable(left.what) + " (" + printable(left.why) + ")");
     }
-    if (report.device.fallback) say("  fallback: " + printable(*report.device.fallback));
-    for (const std::string& warning : report.warnings) say("  warning: " + printable(warning));
+    const std::string head = written.brief ? "kiln: " : "  ";
+    if (report.device.fallback) say(head + "fallback: " + printable(*report.device.fallback));
+    for (const std::string& warning : report.warnings) say(head + "warning: " + printable(warning));
 }
 
 }  // namespace kiln::client

@@ -144,7 +144,7 @@ void ProgressView::update(const Stage& stage) {
     last_s_ = elapsed_s;
     last_fraction_ = stage.fraction;
     last_state_ = stage.state;
-    const bool known = stage.standard_error_max.has_value();
+    const bool known = stage.standard_error_max && std::isfinite(*stage.standard_error_max);
     if (mode_ == ProgressMode::bar) {
         draw_bar(stage, elapsed_s);
     } else if (mode_ == ProgressMode::plain) {
@@ -159,12 +159,17 @@ void ProgressView::update(const Stage& stage) {
 }
 
 void ProgressView::draw_bar(const Stage& stage, double elapsed_s) {
+    const std::string head = stage.state == "queued" ? "queued " : "baking ";
     std::string tail = format(" %3.0f %%", std::floor(100 * stage.fraction));
+    const auto add = [&](const std::string& text) {  // a line that wraps could not be wiped
+        if (head.size() + tail.size() + text.size() < static_cast<std::size_t>(terminal_.columns))
+            tail += text;
+    };
     // An estimate from the first few percent swings too widely to help.
     if (stage.fraction > 0.03 && stage.fraction < 1)
-        tail += "  " + format_seconds(elapsed_s * (1 - stage.fraction) / stage.fraction) + " left";
-    if (stage.standard_error_max) tail += "  max error " + format_error(*stage.standard_error_max);
-    const std::string head = stage.state == "queued" ? "queued " : "baking ";
+        add("  " + format_seconds(elapsed_s * (1 - stage.fraction) / stage.fraction) + " left");
+    if (stage.standard_error_max && std::isfinite(*stage.standard_error_max))
+        add("  max error " + format_error(*stage.standard_error_max));
     const int room = terminal_.columns - 1 - static_cast<int>(head.size() + tail.size());
     const int cells = std::clamp(room, 0, 40);
     const int full = static_cast<int>(std::lround(std::clamp(stage.fraction, 0.0, 1.0) * cells));
