@@ -25,18 +25,18 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, sca
 
 // Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the densities.
 // A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays in the divisor.
+// Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no finite variance.
 KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, scalar c) {
     const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)), lanes(K(0.0))};
-    if (what.terms & KILN_TERM_DEFICIT) {
+    if ((what.terms & KILN_TERM_DEFICIT) && what.importance == KILN_IMPORTANCE_VNDF) {
         const real excess = ggx_excess(view, h, light);
         const real lacking = smith_deficit(what.masking, view.vz, light.NoL, light.S, excess);
         terms.deficit = lane_select(light.NoL > K(0.0), lacking, lanes(K(1.0)));
     }
     if (what.importance == KILN_IMPORTANCE_NDF) {
-        const real ratio = ggx_vndf_over_ndf(view, h, c);
-        terms.weight = terms.weight * ratio;
-        terms.deficit = terms.deficit * ratio;
+        terms.weight = terms.weight * ggx_vndf_over_ndf(view, h, c);
+        terms.deficit = K(1.0) - terms.weight;
     }
     if (what.terms & KILN_TERM_FRESNEL)
         terms.fresnel = terms.weight * fresnel_schlick_weight(ggx_VoH(view, h));

@@ -129,6 +129,12 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
 std::vector<DeviceInfo> Engine::devices() {
     std::vector<DeviceInfo> infos;
     infos.push_back({"native", state_->native_name(), "", "", kStrictNumerics, state_->pool.size(), true, ""});
+    // A driver that crashed its process is not asked again while OpenCL is switched off.
+    if (state_->options.device == DeviceChoice::native || !state_->options.opencl_disabled_reason.empty()) {
+        const std::string& reason = state_->options.opencl_disabled_reason;
+        infos.push_back({"opencl", "none", "", "", "", 0, false, reason.empty() ? "jobs run on native alone" : reason});
+        return infos;
+    }
     try {
         for (DeviceInfo& info : opencl_devices()) infos.push_back(std::move(info));
     } catch (const Error& error) {

@@ -7,6 +7,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/quantity.h"
+#include "server/compute/rare_events.h"
 #include "server/compute/replicates.h"
 #include "server/spec/words.h"
 
@@ -78,7 +79,11 @@ class Integration {
                 texels[i] = static_cast<Scalar>(pass.places.NoV(place));
                 texels[block + i] = static_cast<Scalar>(pass.places.alpha(place));
             }
-            replicates.reset(count);
+            std::vector<double> deficits(count);
+            if (pass.what.importance == Importance::vndf)
+                for (std::size_t i = 0; i < count; ++i)
+                    deficits[i] = expected_deficit(pass.what, pass.places.NoV(first + i), pass.places.alpha(first + i));
+            replicates.reset(std::move(deficits));
             run_block<Scalar>(pass, replicates, block, texels, points, sums);
             store_block(pass, replicates, first);
         }

@@ -84,16 +84,20 @@ std::vector<Device> enumerate() {
     std::vector<cl_platform_id> platforms(count);
     check(clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
     std::vector<Device> devices;
+    std::string refusals;
     for (cl_platform_id platform : platforms) {
         cl_uint device_count = 0;
-        if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &device_count) != CL_SUCCESS) continue;
+        const cl_int found = clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &device_count);
+        if (found != CL_SUCCESS || device_count == 0) {
+            refusals += ", clGetDeviceIDs gave " + std::to_string(found) + " (" + name_of(found) + ")";
+            continue;
+        }
         std::vector<cl_device_id> ids(device_count);
-        if (device_count == 0) continue;
         check(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, device_count, ids.data(), nullptr), "clGetDeviceIDs");
         for (cl_device_id id : ids) devices.push_back(describe(id));
     }
     if (devices.empty())
-        throw Error("device_unavailable", "no OpenCL device: " + std::to_string(count) + " platform(s) without one");
+        throw Error("device_unavailable", "no OpenCL device on " + std::to_string(count) + " platform(s)" + refusals);
     return devices;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTwo32 = 4294967296.0;
 constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
-using Point = std::array<double, kDimensions>;
+using Point = std::array<double, kDimensions>;  // azimuth in half turns: the integrand is even in it
 
 double fraction(double x) { return x - std::floor(x); }
 
@@ -123,6 +123,9 @@ class Generator {
     Point shifted(Point point) const {
         for (std::size_t d = 0; d < kDimensions; ++d)
             point[d] = std::max(fraction(point[d] + shift_[d]), 0.5 / kTwo32);
+        // Both halves of the azimuth serve the same integrand. A set that is shifted on a torus wants it
+        // periodic, so it goes round once; a net loses a fifth of its accuracy when it is folded in two.
+        point[0] = point[0] < 0.5 ? 2 * point[0] : 2 - 2 * point[0];
         return point;
     }
 
@@ -136,10 +139,10 @@ class Generator {
 void append(std::vector<double>& values, Importance importance, const Point& point) {
     const double u = point[1], rest = 1 - u;
     if (importance == Importance::vndf) {
-        values.insert(values.end(), {cos_turn(point[0]), rest, u});
+        values.insert(values.end(), {cos_turn(point[0] / 2), rest, u});
     } else {
         const double z = std::sqrt(rest);
-        values.insert(values.end(), {std::sqrt(u) * cos_turn(point[0]), z, 1 / z});
+        values.insert(values.end(), {std::sqrt(u) * cos_turn(point[0] / 2), z, 1 / z});
     }
     values.push_back(std::sqrt(point[2]));
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/compute/rare_events.h"
+
 namespace kiln {
 
 namespace {
@@ -28,8 +30,9 @@ Replicates::Replicates(std::vector<std::array<double, kTermCount>> coefficients,
     for (auto* planes : {&partial_, &mean_, &spread_}) planes->assign(coefficients_.size(), std::vector<double>(stride));
 }
 
-void Replicates::reset(std::size_t place_count) {
-    place_count_ = place_count;
+void Replicates::reset(std::vector<double> deficits) {
+    place_count_ = deficits.size();
+    deficits_ = std::move(deficits);
     completed_ = 0;
     weight_ = 0;
     for (auto* planes : {&partial_, &mean_, &spread_})
@@ -90,8 +93,12 @@ template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::si
 
 double Replicates::standard_error(std::size_t quantity, std::size_t place) const {
     if (completed_ < 2) return 0;
-    const double variance = spread_[quantity][place] / (static_cast<double>(weight_) * static_cast<double>(completed_ - 1));
-    return std::sqrt(std::max(variance, 0.0));
+    const auto samples = static_cast<double>(weight_);
+    const double seen = spread_[quantity][place] / (samples * static_cast<double>(completed_ - 1));
+    const auto& c = coefficients_[quantity];
+    const bool feels_rare_events = c[0] != 0 || c[2] != 0;  // E and 1 − E; B has no weight there
+    const double missed = feels_rare_events ? rare_event_variance(deficits_[place], samples) : 0;
+    return std::sqrt(std::max(seen, 0.0) + missed);
 }
 
 ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t quantity) const {

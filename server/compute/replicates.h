@@ -33,8 +33,9 @@ class Replicates {
     /// `coefficients[q]` combines terms into quantity q; `stride` is the launch's texel_stride.
     Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms, std::size_t stride);
 
-    /// Starts over, for a block of `place_count` ≤ stride places.
-    void reset(std::size_t place_count);
+    /// Starts over, for a block of at most `stride` places. deficits[place] is what rare events carry there
+    /// (rare_events.h); 0 where an estimate has none.
+    void reset(std::vector<double> deficits);
 
     /// Adds the batches [first, first + count) of `set`, whose sums are laid out as Launch::sums.
     template <typename Scalar>
@@ -63,6 +64,7 @@ class Replicates {
     std::vector<std::size_t> planes_;  // term → plane within a batch
     std::size_t plane_count_ = 0, stride_, place_count_ = 0, completed_ = 0;
     std::uint64_t weight_ = 0;
+    std::vector<double> deficits_;                              // [place]
     std::vector<std::vector<double>> partial_, mean_, spread_;  // [quantity][place]
 };
 

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/compute/points.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::array kSamplers = {Sampler::hammersley, Sampler::sobol_owen, Sampler::lattice, Sampler::random};
+
+TEST(Points, CosineOfATurnIsTheLibrarys) {
+    for (int i = 0; i <= 100000; ++i) {
+        const double u = i / 100000.0;
+        // The argument 2πu of the library's cosine is itself rounded: 6.3 · 1.1e-16.
+        EXPECT_NEAR(cos_turn(u), std::cos(2 * std::numbers::pi * u), 1e-15) << u;
+    }
+    EXPECT_EQ(cos_turn(0), 1);
+    EXPECT_EQ(cos_turn(0.25), 0);
+    EXPECT_EQ(cos_turn(0.5), -1);
+}
+
+TEST(Points, CoordinatesLieInsideTheirRanges) {
+    for (const Sampler sampler : kSamplers) {
+        for (const std::int64_t count : {1, 2, 15, 16, 17, 1000, 65536}) {
+            const PointSet set = make_points(sampler, Importance::vndf, 5, count);
+            ASSERT_EQ(set.values.size(), static_cast<std::size_t>(count) * kPointScalars);
+            for (std::size_t i = 0; i < set.values.size(); i += kPointScalars) {
+                EXPECT_LE(std::abs(set.values[i]), 1);
+                for (std::size_t k = 1; k < kPointScalars; ++k) {
+                    EXPECT_GT(set.values[i + k], 0) << to_word(sampler);
+                    EXPECT_LT(set.values[i + k], 1) << to_word(sampler);
+                    EXPECT_GT(static_cast<float>(set.values[i + k]), 0) << to_word(sampler);
+                }
+            }
+        }
+    }
+}
+
+TEST(Points, BatchesCoverEveryPointOnceAndNoMoreThanABatchHolds) {
+    for (const std::int64_t count : {1, 7, 16, 1021, 1024, 40000}) {
+        const PointSet set = make_points(Sampler::random, Importance::vndf, 0, count);
+        std::uint32_t next = 0;
+        for (const BatchRange& batch : set.batches) {
+            EXPECT_EQ(batch.first_point, next);
+            EXPECT_GE(batch.point_count, 1u);
+            EXPECT_LE(batch.point_count, kBatchPointsMax);
+            next += batch.point_count;
+        }
+        EXPECT_EQ(next, count);
+        EXPECT_EQ(set.replicate_sizes.size(), static_cast<std::size_t>(std::min<std::int64_t>(count, kReplicatesMax)));
+        const auto [least, most] = std::minmax_element(set.replicate_sizes.begin(), set.replicate_sizes.end());
+        EXPECT_LE(*most - *least, 1u);
+    }
+}
+
+/// u of every point of one replicate, from the vndf point (cos φ, 1 − u, u, NoV).
+std::vector<double> coordinate(const PointSet& set, std::size_t replicate, std::size_t scalar) {
+    std::size_t first = 0;
+    for (std::size_t r = 0; r < replicate; ++r) first += set.replicate_sizes[r];
+    std::vector<double> u;
+    for (std::size_t i = first; i < first + set.replicate_sizes[replicate]; ++i)
+        u.push_back(set.values[i * kPointScalars + scalar]);
+    return u;
+}
+
+TEST(Points, AScrambledSobolSetHasOnePointInEveryInterval) {
+    const PointSet set = make_points(Sampler::sobol_owen, Importance::vndf, 11, 16 * 256);
+    for (std::size_t r = 0; r < 16; ++r) {
+        for (const std::size_t scalar : {2u, 3u}) {
+            std::set<int> cells;
+            for (double u : coordinate(set, r, scalar)) {
+                if (scalar == 3) u *= u;  // NoV = √u
+                cells.insert(static_cast<int>(u * 256));
+            }
+            EXPECT_EQ(cells.size(), 256u) << "replicate " << r << ", scalar " << scalar;
+        }
+    }
+}
+
+TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
+    // (0, 8, 2)-net in base 2: every elementary interval of area 1/256 holds one of 256 points (φ / π, u).
+    const PointSet set = make_points(Sampler::sobol_owen, Importance::vndf, 12, 16 * 256);
+    const std::vector<double> cosines = coordinate(set, 3, 0), us = coordinate(set, 3, 2);
+    for (int bits = 1; bits <= 7; ++bits) {
+        std::vector<int> cells(256);
+        const int along_u = 1 << (8 - bits), along_phi = 1 << bits;
+        for (std::size_t i = 0; i < us.size(); ++i) {
+            const double half_turn = std::acos(cosines[i]) / std::numbers::pi;
+            const int column = static_cast<int>(half_turn * along_phi), row = static_cast<int>(us[i] * along_u);
+            ++cells[static_cast<std::size_t>(row * along_phi + column)];
+        }
+        for (int cell = 0; cell < along_u * along_phi; ++cell)
+            EXPECT_EQ(cells[static_cast<std::size_t>(cell)], 1) << "split " << bits << ", cell " << cell;
+    }
+}
+
+TEST(Points, EveryReplicateIsUniformAndNoTwoAreAlike) {
+    for (const Sampler sampler : kSamplers) {
+        const PointSet set = make_points(sampler, Importance::vndf, 1, 16 * 1024);
+        std::set<double> first_points;
+        double mean = 0;
+        for (std::size_t r = 0; r < 16; ++r) {
+            const auto u = coordinate(set, r, 2);
+            first_points.insert(u.front());
+            for (const double value : u) mean += value / (16.0 * 1024);
+        }
+        EXPECT_EQ(first_points.size(), 16u) << to_word(sampler);
+        // Independent points have the largest spread: 5 standard errors of the mean of 16384 uniforms.
+        EXPECT_NEAR(mean, 0.5, 5 * std::sqrt(1.0 / 12 / 16384)) << to_word(sampler);
+    }
+}
+
+TEST(Points, AnotherSeedGivesOtherPoints) {
+    for (const Sampler sampler : kSamplers)
+        EXPECT_NE(make_points(sampler, Importance::ndf, 1, 64).values, make_points(sampler, Importance::ndf, 2, 64).values);
+}
+
+TEST(Points, AHalfVectorOfAllNormalsComesNormalised) {
+    const PointSet set = make_points(Sampler::random, Importance::ndf, 1, 4096);
+    for (std::size_t i = 0; i < set.values.size(); i += kPointScalars) {
+        const double x = set.values[i], z = set.values[i + 1];
+        EXPECT_LE(x * x + z * z, 1 + 1e-15);  // the rest is y²
+        EXPECT_NEAR(z * set.values[i + 2], 1, 1e-15);
+    }
+}
+
+}  // namespace
+}  // namespace kiln
