@@ -52,7 +52,8 @@ void make_data_dir(const std::string& path) {
     std::error_code failure;
     const bool made = std::filesystem::create_directories(path, failure);
     if (failure)
-        throw Error("bad_setting", "--data-dir: cannot make \"" + path + "\": " + failure.message());
+        throw Error("bad_setting",
+                    "--data-dir: cannot make \"" + path + "\": " + failure.message());
     if (made) chmod(path.c_str(), 0700);
 }
 
@@ -61,7 +62,8 @@ void lock_data_dir(const std::string& path) {
     const std::string file = path + "/serve.lock";
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (descriptor < 0)
-        throw Error("bad_setting", "--data-dir: cannot open \"" + file + "\": " + std::strerror(errno));
+        throw Error("bad_setting",
+                    "--data-dir: cannot open \"" + file + "\": " + std::strerror(errno));
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0)
         throw Error("bad_setting", "another kilnd serve uses the data directory \"" + path +
                                        "\"; stop it or give another --data-dir");
@@ -84,7 +86,9 @@ void raise_descriptor_limit() {
     setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-std::uint64_t bytes_of(std::int64_t mebibytes) { return static_cast<std::uint64_t>(mebibytes) << 20; }
+std::uint64_t bytes_of(std::int64_t mebibytes) {
+    return static_cast<std::uint64_t>(mebibytes) << 20;
+}
 
 int run(const std::string& command, const Settings& settings) {
     make_data_dir(settings.data_dir);
@@ -96,8 +100,7 @@ int run(const std::string& command, const Settings& settings) {
     // Hundreds of connection threads would each grow an arena of their own.
     mallopt(M_ARENA_MAX, 4);
     kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib));
-    const std::string engine =
-        kiln::kernel_digest() + "/" + std::to_string(kiln::kEncoderRevision);
+    const std::string engine = kiln::kernel_digest() + "/" + std::to_string(kiln::kEncoderRevision);
     return kiln::serve(settings, engine, *jobs, hot);
 }
 
@@ -121,7 +124,8 @@ int main(int count, char** values) {
     try {
         arrange_signals();
         kiln::check_contract();
-        return run(command, kiln::read_settings({words.begin() + 1, words.end()}, reader, environment));
+        return run(command,
+                   kiln::read_settings({words.begin() + 1, words.end()}, reader, environment));
     } catch (const Error& failure) {
         std::fprintf(stderr, "kilnd: %s\n", failure.what());
         return failure.code() == "bad_setting" ? kExitUsage : kExitFailed;

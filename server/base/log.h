@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-/// `text` as the inside of a JSON string: quotes, backslashes and every byte outside printable ASCII
-/// are escaped, so that no text can end a log line or smuggle control bytes into a terminal.
+/// `text` as the inside of a JSON string: quotes, backslashes and every byte outside printable
+/// ASCII are escaped, so that no text can end a log line or smuggle control bytes into a terminal.
 std::string escaped(std::string_view text);
 
 /// One JSON line {"time", "event", fields…} on standard error, written by a single write(2). Never

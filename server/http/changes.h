@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// Wakes whoever waits for a job. Only a hint: jobs also change by the hand of workers that cannot ring
-/// here, so a watcher looks at the store in any case, at least every kLookInterval.
+/// Wakes whoever waits for a job. Only a hint: jobs also change by the hand of workers that cannot
+/// ring here, so a watcher looks at the store in any case, at least every kLookInterval.
 class Changes {
   public:
     static constexpr std::chrono::milliseconds kLookInterval{1000};

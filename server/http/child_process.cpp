@@ -80,15 +80,16 @@ ChildProcess start_child(const std::vector<std::string>& arguments,
 }
 
 std::vector<std::string> worker_environment(const std::string& cache_dir) {
-    // These choose or bound a device; every other POCL_ variable stays out, as POCL_EXTRA_BUILD_FLAGS and
-    // its like change what kernels compute.
+    // These choose or bound a device; every other POCL_ variable stays out, as
+    // POCL_EXTRA_BUILD_FLAGS and its like change what kernels compute.
     static constexpr std::array<std::string_view, 4> kKept{
         "POCL_KERNELLIB_NAME=", "POCL_DEVICES=", "POCL_MAX_PTHREAD_COUNT=", "POCL_MEMORY_LIMIT="};
     std::vector<std::string> kept;
     for (char** entry = environ; *entry != nullptr; ++entry) {
         const std::string_view text = *entry;
         bool keep = text.substr(0, 5) != "POCL_";
-        for (const std::string_view name : kKept) keep = keep || text.substr(0, name.size()) == name;
+        for (const std::string_view name : kKept)
+            keep = keep || text.substr(0, name.size()) == name;
         if (keep) kept.emplace_back(text);
     }
     kept.push_back("POCL_CACHE_DIR=" + cache_dir);

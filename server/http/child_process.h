@@ -16,14 +16,15 @@ struct ChildProcess {
 /// The descriptor under which a worker finds its end of the socket.
 inline constexpr int kWorkerSocket = 3;
 
-/// Runs this program again with `arguments` (without the program's name) and `environment`. The child has
-/// standard error, the socket and nothing else open, dies with the calling thread, writes no core and can
-/// gain no privileges. Call it from a thread that outlives the child. Throws Error("cannot_start").
+/// Runs this program again with `arguments` (without the program's name) and `environment`. The
+/// child has standard error, the socket and nothing else open, dies with the calling thread, writes
+/// no core and can gain no privileges. Call it from a thread that outlives the child. Throws
+/// Error("cannot_start").
 ChildProcess start_child(const std::vector<std::string>& arguments,
                          const std::vector<std::string>& environment, int nice_level);
 
-/// The environment of a worker: this process's own, less the PoCL settings that could change results, with
-/// the kernel cache at `cache_dir`.
+/// The environment of a worker: this process's own, less the PoCL settings that could change
+/// results, with the kernel cache at `cache_dir`.
 std::vector<std::string> worker_environment(const std::string& cache_dir);
 
 /// "was killed by signal 11 (Segmentation fault)" or "ended with status 1", of a waitpid status.

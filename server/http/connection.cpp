@@ -24,8 +24,8 @@ constexpr std::chrono::milliseconds kIdleStep{100};
 constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
 
 int milliseconds_until(std::chrono::steady_clock::time_point deadline) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(
-        deadline - std::chrono::steady_clock::now());
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     return static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 1 << 30));
 }
 
@@ -39,8 +39,8 @@ bool wait_for(int socket, short events, std::chrono::steady_clock::time_point de
     }
 }
 
-/// Position after the empty line that ends the head, or npos. Throws on a line that ends with LF alone and
-/// on too many lines, so that neither waits for its deadline.
+/// Position after the empty line that ends the head, or npos. Throws on a line that ends with LF
+/// alone and on too many lines, so that neither waits for its deadline.
 std::size_t end_of_head(const std::string& input, std::size_t& scanned, std::size_t& lines) {
     while (true) {
         const std::size_t feed = input.find('\n', scanned);
@@ -64,8 +64,8 @@ Connection::Connection(int socket, Limits limits) : socket_(socket), limits_(lim
 
 Connection::~Connection() {
     shutdown(socket_, SHUT_WR);
-    // Unread bytes would turn the close into a reset that can overtake the answer; a bounded look at
-    // what is already here lets the client read it.
+    // Unread bytes would turn the close into a reset that can overtake the answer; a bounded look
+    // at what is already here lets the client read it.
     std::array<char, kReadChunk> rest;
     for (int i = 0; i < 16; ++i)
         if (recv(socket_, rest.data(), rest.size(), MSG_DONTWAIT) <= 0) break;

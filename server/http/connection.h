@@ -8,8 +8,9 @@
 
 namespace kiln {
 
-/// One accepted socket under absolute deadlines. Nothing that a client sends or withholds makes it hold
-/// more than a request head and one body of the agreed size, or wait longer than its limits say.
+/// One accepted socket under absolute deadlines. Nothing that a client sends or withholds makes it
+/// hold more than a request head and one body of the agreed size, or wait longer than its limits
+/// say.
 class Connection {
   public:
     struct Limits {
@@ -23,8 +24,8 @@ class Connection {
     Connection(const Connection&) = delete;
     Connection& operator=(const Connection&) = delete;
 
-    /// Waits for the next head, ending with its empty line. `idle` may end the wait for the first byte
-    /// early: it is asked every 100 ms. Throws Error("headers_too_large" | "bad_request").
+    /// Waits for the next head, ending with its empty line. `idle` may end the wait for the first
+    /// byte early: it is asked every 100 ms. Throws Error("headers_too_large" | "bad_request").
     Head read_head(std::string& head, const std::function<bool()>& give_up_idle);
     /// False when the client closed or was too slow.
     bool read_body(std::uint64_t size, std::string& body);

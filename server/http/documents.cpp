@@ -24,7 +24,8 @@ Json time_text(std::int64_t unix_ms) {
     std::array<char, 32> text{};
     std::array<char, 48> full{};
     std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
-    std::snprintf(full.data(), full.size(), "%s.%03dZ", text.data(), static_cast<int>(unix_ms % 1000));
+    std::snprintf(full.data(), full.size(), "%s.%03dZ", text.data(),
+                  static_cast<int>(unix_ms % 1000));
     return full.data();
 }
 
@@ -62,7 +63,8 @@ std::string text_of(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// The words that a schema of the contract allows, following one $ref; empty when it is no closed set.
+/// The words that a schema of the contract allows, following one $ref; empty when it is no closed
+/// set.
 nlohmann::json words_of(const nlohmann::json& schema) {
     if (schema.contains("$ref")) {
         const std::string pointer = schema.at("$ref").get<std::string>().substr(1);
@@ -95,9 +97,8 @@ Json limits_of(const Settings& settings) {
     for (const Setting& setting : settings_table()) {
         const auto* number = std::get_if<std::int64_t Settings::*>(&setting.field);
         if (number == nullptr || setting.reader == Reader::supervised) continue;
-        all[std::string(setting.name)] = {{"value", settings.*(*number)},
-                                          {"unit", setting.unit},
-                                          {"description", setting.help}};
+        all[std::string(setting.name)] = {
+            {"value", settings.*(*number)}, {"unit", setting.unit}, {"description", setting.help}};
     }
     return all;
 }
@@ -131,7 +132,8 @@ std::string capabilities_document(const Service& service) {
     const ServiceParts& parts = service.parts();
     Json workers = Json::array();
     for (const WorkerStatus& worker : parts.workers()) {
-        const Json devices = worker.devices_json.empty() ? Json::array() : Json::parse(worker.devices_json);
+        const Json devices =
+            worker.devices_json.empty() ? Json::array() : Json::parse(worker.devices_json);
         workers.push_back({{"name", worker.name}, {"alive", worker.alive}, {"devices", devices}});
     }
     const std::size_t slash = parts.engine.rfind('/');

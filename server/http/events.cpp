@@ -60,9 +60,10 @@ HttpResponse get_events(Service& service, const HttpRequest& request, const std:
 }  // namespace
 
 void add_event_routes(Router& router, Service& service) {
-    router.add("GET", "/v1/jobs/{id}/events", [&](const HttpRequest& request, const std::string& id) {
-        return get_events(service, request, id);
-    });
+    router.add("GET", "/v1/jobs/{id}/events",
+               [&](const HttpRequest& request, const std::string& id) {
+                   return get_events(service, request, id);
+               });
 }
 
 }  // namespace kiln

@@ -16,8 +16,8 @@ namespace kiln {
 
 namespace {
 
-/// Where the finished images are, kept for a moment so that hot ones cost no look into the store. The
-/// time is short, as another front may have queued the job afresh.
+/// Where the finished images are, kept for a moment so that hot ones cost no look into the store.
+/// The time is short, as another front may have queued the job afresh.
 class ImageIndex {
   public:
     struct Image {
@@ -71,12 +71,14 @@ void apply_range(std::string_view field, HttpResponse& response) {
     const std::size_t dash = field.find('-');
     const auto number = [&](std::string_view text) {
         std::size_t value = 0;
-        const auto [stopped, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const auto [stopped, error] =
+            std::from_chars(text.data(), text.data() + text.size(), value);
         if (error != std::errc() || stopped != text.data() + text.size())
             throw Error("bad_range", "give one range, bytes=FIRST-LAST" + satisfiable);
         return value;
     };
-    if (dash == field.npos) throw Error("bad_range", "give one range, bytes=FIRST-LAST" + satisfiable);
+    if (dash == field.npos)
+        throw Error("bad_range", "give one range, bytes=FIRST-LAST" + satisfiable);
     const std::string_view first_text = field.substr(0, dash), last_text = field.substr(dash + 1);
     std::size_t first = 0, last = size - 1;
     if (first_text.empty()) {
@@ -92,8 +94,9 @@ void apply_range(std::string_view field, HttpResponse& response) {
     response.status = 206;
     response.offset = first;
     response.length = last - first + 1;
-    response.headers.emplace_back("Content-Range", "bytes " + std::to_string(first) + "-" +
-                                                       std::to_string(last) + "/" + std::to_string(size));
+    response.headers.emplace_back(
+        "Content-Range",
+        "bytes " + std::to_string(first) + "-" + std::to_string(last) + "/" + std::to_string(size));
 }
 
 HttpResponse get_image(Service& service, ImageIndex& index, const HttpRequest& request,
@@ -112,11 +115,13 @@ HttpResponse get_image(Service& service, ImageIndex& index, const HttpRequest& r
         return response;
     }
     response.blob = service.parts().blobs.get(image.digest);
-    if (!response.blob) throw Error("gone", "the image was evicted from the cache; post the job again");
+    if (!response.blob)
+        throw Error("gone", "the image was evicted from the cache; post the job again");
     response.length = response.blob->size();
     response.content_type = image.extension == "png" ? "image/png" : "image/x-exr";
-    response.headers.emplace_back("Content-Disposition", "inline; filename=\"kiln-" + id.substr(0, 16) +
-                                                             "." + image.extension + "\"");
+    response.headers.emplace_back(
+        "Content-Disposition",
+        "inline; filename=\"kiln-" + id.substr(0, 16) + "." + image.extension + "\"");
     const auto range = request.header("range");
     const auto if_range = request.header("if-range");
     if (range && (!if_range || *if_range == tag)) {
@@ -136,8 +141,8 @@ HttpResponse get_report(Service& service, const HttpRequest& request, const std:
     expect_only(request, {});
     JobRecord job = service.find(id);
     if (job.state != JobState::done)
-        throw Error("not_done", "the job is " + std::string(to_word(job.state)) + ": it has no report" +
-                                    (is_final(job.state) ? "" : " yet"));
+        throw Error("not_done", "the job is " + std::string(to_word(job.state)) +
+                                    ": it has no report" + (is_final(job.state) ? "" : " yet"));
     return json_response(200, std::move(job.report));
 }
 
@@ -152,9 +157,10 @@ void add_image_routes(Router& router, Service& service) {
                        return get_image(service, *index, request, id, extension);
                    });
     }
-    router.add("GET", "/v1/jobs/{id}/report", [&](const HttpRequest& request, const std::string& id) {
-        return get_report(service, request, id);
-    });
+    router.add("GET", "/v1/jobs/{id}/report",
+               [&](const HttpRequest& request, const std::string& id) {
+                   return get_report(service, request, id);
+               });
 }
 
 }  // namespace kiln

@@ -58,16 +58,18 @@ HttpResponse delete_job(Service& service, const HttpRequest& request, const std:
     if (result == CancelResult::unknown) throw Error("unknown_job", "there is no job with this id");
     const JobRecord job = service.find(id);
     if (result == CancelResult::already_finished)
-        throw Error("finished",
-                    "the job is " + std::string(to_word(job.state)) + "; nothing is left to cancel");
+        throw Error("finished", "the job is " + std::string(to_word(job.state)) +
+                                    "; nothing is left to cancel");
     parts.ring();
     parts.changes.notify(id, Changes::Interest::state);
-    return json_response(result == CancelResult::cancelled ? 200 : 202, job_document(job, false, true));
+    return json_response(result == CancelResult::cancelled ? 200 : 202,
+                         job_document(job, false, true));
 }
 
 HttpResponse list_jobs(Service& service, const HttpRequest& request) {
     expect_only(request, {"state", "limit", "cursor"});
-    const auto limit = integer_of(request, "limit", limits().list_limit_default, 1, limits().list_limit_max);
+    const auto limit =
+        integer_of(request, "limit", limits().list_limit_default, 1, limits().list_limit_max);
     std::optional<JobState> state;
     if (const auto word = request.query.find("state"); word != request.query.end()) {
         state = job_state_from(word->second);
@@ -79,7 +81,8 @@ HttpResponse list_jobs(Service& service, const HttpRequest& request) {
     const JobPage page = service.parts().store.list(state, static_cast<int>(limit), from);
     HttpResponse response = json_response(200, page_document(page));
     if (!page.next_cursor.empty()) {
-        std::string next = "</v1/jobs?limit=" + std::to_string(limit) + "&cursor=" + page.next_cursor;
+        std::string next =
+            "</v1/jobs?limit=" + std::to_string(limit) + "&cursor=" + page.next_cursor;
         if (state) next += "&state=" + std::string(to_word(*state));
         response.headers.emplace_back("Link", next + ">; rel=\"next\"");
     }

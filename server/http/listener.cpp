@@ -93,7 +93,9 @@ class PoolQueue final : public httplib::TaskQueue {
 class Listener::Server final : public httplib::Server {
   public:
     Server(ListenerOptions options, HttpHandler handler)
-        : options_(std::move(options)), handler_(std::move(handler)), pool_(options_.connections_max) {
+        : options_(std::move(options)),
+          handler_(std::move(handler)),
+          pool_(options_.connections_max) {
         new_task_queue = [this] { return new PoolQueue(pool_); };
         set_tcp_nodelay(true);
         // The library's own options set SO_REUSEPORT: two servers would share a port unnoticed.
@@ -111,11 +113,12 @@ class Listener::Server final : public httplib::Server {
 
     int bind_and_listen(const std::string& host, int port) {
         port_ = port;
-        const bool bound = port != 0 ? bind_to_port(host, port) : (port_ = bind_to_any_port(host)) > 0;
+        const bool bound =
+            port != 0 ? bind_to_port(host, port) : (port_ = bind_to_any_port(host)) > 0;
         if (!bound || ::listen(listening_socket_, kBacklog) != 0)
-            throw kiln::Error("cannot_listen",
-                              "cannot listen on " + host + " port " + std::to_string(port) + ": " +
-                                  std::strerror(errno));
+            throw kiln::Error("cannot_listen", "cannot listen on " + host + " port " +
+                                                   std::to_string(port) + ": " +
+                                                   std::strerror(errno));
         host_ = host;
         return port_;
     }
@@ -161,8 +164,8 @@ class Listener::Server final : public httplib::Server {
         bool closes = true;
         try {
             const auto read = connection.read_head(text, [this] {
-                return stopping_ ||
-                       static_cast<double>(pool_.busy()) > kPressure * static_cast<double>(pool_.threads_max());
+                return stopping_ || static_cast<double>(pool_.busy()) >
+                                        kPressure * static_cast<double>(pool_.threads_max());
             });
             if (read == Connection::Head::closed) return false;
             if (read == Connection::Head::timed_out)
@@ -209,15 +212,18 @@ class Listener::Server final : public httplib::Server {
     bool deliver(Connection& connection, const std::string& method, HttpResponse& response,
                  bool closes) {
         const bool head_only = method == "HEAD";
-        GuardedStream stream(connection, head_only ? "HEAD / HTTP/1.1\r\n\r\n" : "GET / HTTP/1.1\r\n\r\n");
+        GuardedStream stream(connection,
+                             head_only ? "HEAD / HTTP/1.1\r\n\r\n" : "GET / HTTP/1.1\r\n\r\n");
         bool library_closes = false;
         pending = &response;
         bool delivered = process_request(stream, closes, library_closes, nullptr);
         pending = nullptr;
         if (options_.answered) options_.answered(response.status);
         if (!head_only && response.blob)
-            delivered = delivered && connection.write(std::string_view(*response.blob).substr(
-                                         response.offset, response.length));
+            delivered =
+                delivered &&
+                connection.write(
+                    std::string_view(*response.blob).substr(response.offset, response.length));
         delivered = connection.flush() && delivered;
         if (delivered && !head_only && response.stream)
             response.stream([&connection](std::string_view piece) {
@@ -239,7 +245,9 @@ Listener::Listener(ListenerOptions options, HttpHandler handler)
     : server_(std::make_unique<Server>(std::move(options), std::move(handler))) {}
 Listener::~Listener() = default;
 
-int Listener::bind(const std::string& host, int port) { return server_->bind_and_listen(host, port); }
+int Listener::bind(const std::string& host, int port) {
+    return server_->bind_and_listen(host, port);
+}
 void Listener::run() { server_->run(); }
 void Listener::stop() { server_->stop_soon(); }
 std::size_t Listener::connections() { return server_->connections(); }

@@ -20,9 +20,9 @@ struct ListenerOptions {
     std::function<void(int status)> answered;
 };
 
-/// HTTP/1.1 on one TCP port: the only user of the HTTP library. The library accepts sockets and writes
-/// answers; heads and bodies are read here, under bounds that the library does not have, and it gets to
-/// see a head that was written from what was understood.
+/// HTTP/1.1 on one TCP port: the only user of the HTTP library. The library accepts sockets and
+/// writes answers; heads and bodies are read here, under bounds that the library does not have, and
+/// it gets to see a head that was written from what was understood.
 class Listener {
   public:
     Listener(ListenerOptions options, HttpHandler handler);

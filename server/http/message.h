@@ -12,8 +12,8 @@
 
 namespace kiln {
 
-/// A request past the guard: every size is bounded, the body is complete, nothing is repeated that may
-/// stand only once.
+/// A request past the guard: every size is bounded, the body is complete, nothing is repeated that
+/// may stand only once.
 struct HttpRequest {
     std::string method;  ///< upper case
     std::string path;    ///< as sent, at most 256 visible ASCII characters, no percent decoding
@@ -34,8 +34,8 @@ struct HttpRequest {
 /// Writes a piece of a streamed answer to the client at once; false when the client is gone.
 using StreamWriter = std::function<bool(std::string_view)>;
 
-/// An answer. The content is `body`, or `length` bytes of `blob` from `offset` (sent from where they
-/// lie, shared by all who read them), or what `stream` writes until it returns.
+/// An answer. The content is `body`, or `length` bytes of `blob` from `offset` (sent from where
+/// they lie, shared by all who read them), or what `stream` writes until it returns.
 struct HttpResponse {
     int status = 200;
     std::vector<std::pair<std::string, std::string>> headers;

@@ -22,11 +22,10 @@ void single(std::string& text, std::string_view name, std::string_view type, std
 
 void jobs(std::string& text, const JobCounts& counts) {
     head(text, "kiln_jobs", "gauge", "Jobs in the store by state.");
-    const std::array rows{std::pair{JobState::queued, counts.queued},
-                          std::pair{JobState::running, counts.running},
-                          std::pair{JobState::done, counts.done},
-                          std::pair{JobState::failed, counts.failed},
-                          std::pair{JobState::cancelled, counts.cancelled}};
+    const std::array rows{
+        std::pair{JobState::queued, counts.queued}, std::pair{JobState::running, counts.running},
+        std::pair{JobState::done, counts.done}, std::pair{JobState::failed, counts.failed},
+        std::pair{JobState::cancelled, counts.cancelled}};
     for (const auto& [state, count] : rows)
         text += "kiln_jobs{state=\"" + std::string(to_word(state)) + "\"} " +
                 std::to_string(count) + '\n';

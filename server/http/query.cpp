@@ -16,7 +16,8 @@ void expect_only(const HttpRequest& request, std::initializer_list<std::string_v
     for (const auto& [name, value] : request.query) {
         if (std::find(names.begin(), names.end(), name) != names.end()) continue;
         std::string known;
-        for (const std::string_view one : names) known += (known.empty() ? "" : ", ") + std::string(one);
+        for (const std::string_view one : names)
+            known += (known.empty() ? "" : ", ") + std::string(one);
         throw Error("bad_query", "\"" + escaped(name) + "\" is not a parameter here; " +
                                      (known.empty() ? "there are none" : "there is " + known));
     }
@@ -31,7 +32,8 @@ std::chrono::milliseconds wait_of(const HttpRequest& request) {
     const auto [stopped, error] = std::from_chars(text.data(), end, seconds);
     const auto max = static_cast<double>(limits().wait_s_max);
     if (error != std::errc() || stopped != end || !(seconds >= 0 && seconds <= max))
-        throw Error("bad_query", "wait: give seconds from 0 to " + std::to_string(limits().wait_s_max));
+        throw Error("bad_query",
+                    "wait: give seconds from 0 to " + std::to_string(limits().wait_s_max));
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 

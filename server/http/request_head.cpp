@@ -114,8 +114,8 @@ int read_request_line(std::string_view line, HttpRequest& request) {
 /// Fields whose repetition readers resolve differently.
 bool may_repeat(std::string_view name) {
     for (const std::string_view once :
-         {"content-length", "content-type", "content-encoding", "transfer-encoding", "host", "range",
-          "if-none-match", "if-range", "expect", "connection", "authorization"})
+         {"content-length", "content-type", "content-encoding", "transfer-encoding", "host",
+          "range", "if-none-match", "if-range", "expect", "connection", "authorization"})
         if (name == once) return false;
     return true;
 }
@@ -146,8 +146,9 @@ void read_framing(RequestHead& head) {
         refuse("wrong_type", "send the body unencoded, not with Content-Encoding");
     const auto length = request.header("content-length");
     if (length) {
-        const bool digits = !length->empty() && std::all_of(length->begin(), length->end(),
-                                                            [](char c) { return c >= '0' && c <= '9'; });
+        const bool digits =
+            !length->empty() && std::all_of(length->begin(), length->end(),
+                                            [](char c) { return c >= '0' && c <= '9'; });
         const char* end = length->data() + length->size();
         if (!digits || std::from_chars(length->data(), end, head.content_length).ec != std::errc())
             refuse("bad_request", "Content-Length is not a number of bytes");
@@ -192,8 +193,8 @@ RequestHead parse_head(std::string_view text) {
         refuse("bad_request", "the request has no Host header");
     read_framing(head);
     const std::string connection = lower(head.request.header("connection").value_or(""));
-    head.request.keep_alive = minor == 1 ? connection.find("close") == connection.npos
-                                         : connection == "keep-alive";
+    head.request.keep_alive =
+        minor == 1 ? connection.find("close") == connection.npos : connection == "keep-alive";
     return head;
 }
 

@@ -8,7 +8,8 @@
 
 namespace kiln {
 
-/// Exact paths, in which one segment may be {id}: a job's id and nothing else. HEAD is answered as GET.
+/// Exact paths, in which one segment may be {id}: a job's id and nothing else. HEAD is answered as
+/// GET.
 class Router {
   public:
     using Handler = std::function<HttpResponse(const HttpRequest&, const std::string& id)>;

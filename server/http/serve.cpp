@@ -34,8 +34,8 @@ ListenerOptions listener_options(const Settings& settings, Metrics& metrics) {
 
 void announce(const std::string& host, int port) {
     const bool v6 = host.find(':') != std::string::npos;
-    const std::string line = "listening on http://" + (v6 ? "[" + host + "]" : host) + ":" +
-                             std::to_string(port) + "\n";
+    const std::string line =
+        "listening on http://" + (v6 ? "[" + host + "]" : host) + ":" + std::to_string(port) + "\n";
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line.data(), line.size());
 }
 
@@ -66,9 +66,8 @@ int serve(const Settings& settings, const std::string& engine, JobStore& jobs, B
                      .workers = [&supervisor] { return supervisor.workers(); },
                      .connections = [&listening] { return listening->connections(); }});
     const Router router = make_router(service);
-    Listener listener(listener_options(settings, metrics), [&router](const HttpRequest& request) {
-        return router.dispatch(request);
-    });
+    Listener listener(listener_options(settings, metrics),
+                      [&router](const HttpRequest& request) { return router.dispatch(request); });
     listening = &listener;
 
     const Endpoint endpoint = parse_endpoint(settings.listen);

@@ -54,8 +54,7 @@ JobRecord Service::wait_for_end(JobRecord job, std::chrono::milliseconds time,
     Watch watch(parts_.changes, job.id, Changes::Interest::state);
     for (;;) {
         job = find(job.id);
-        const auto left =
-            std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
         if (is_final(job.state) || left.count() <= 0 || parts_.changes.closed() ||
             request.client_gone())
             return job;

@@ -48,11 +48,12 @@ class Service {
   public:
     explicit Service(ServiceParts parts);
 
-    /// Validates and queues a job, or finds it known. Throws Malformed, InvalidJob, Error("queue_full" |
-    /// "draining" | "store_failed").
+    /// Validates and queues a job, or finds it known. Throws Malformed, InvalidJob,
+    /// Error("queue_full" | "draining" | "store_failed").
     Admitted admit(std::string_view job_text);
     /// The job once it has ended, or as it is after `time`, when the client leaves, or at shutdown.
-    JobRecord wait_for_end(JobRecord job, std::chrono::milliseconds time, const HttpRequest& request);
+    JobRecord wait_for_end(JobRecord job, std::chrono::milliseconds time,
+                           const HttpRequest& request);
     /// Throws Error("unknown_job").
     JobRecord find(const std::string& id);
 

@@ -275,9 +275,8 @@ void Supervisor::push_to_end() {
 }
 
 bool Supervisor::any_alive() const {
-    return std::any_of(slots_.begin(), slots_.end(), [](const Slot& slot) {
-        return slot.child.pid > 0 || slot.release_due;
-    });
+    return std::any_of(slots_.begin(), slots_.end(),
+                       [](const Slot& slot) { return slot.child.pid > 0 || slot.release_due; });
 }
 
 }  // namespace kiln

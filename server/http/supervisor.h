@@ -17,9 +17,9 @@
 
 namespace kiln {
 
-/// Keeps the worker processes of this host alive: starts them, wakes them, hears from them, kills the silent,
-/// returns the jobs of the dead to the queue and starts successors. After too many deaths in a row the
-/// successors leave OpenCL alone for a while.
+/// Keeps the worker processes of this host alive: starts them, wakes them, hears from them, kills
+/// the silent, returns the jobs of the dead to the queue and starts successors. After too many
+/// deaths in a row the successors leave OpenCL alone for a while.
 class Supervisor {
   public:
     Supervisor(const Settings& settings, JobStore& store, Changes& changes, Metrics& metrics);
@@ -27,7 +27,8 @@ class Supervisor {
     Supervisor(const Supervisor&) = delete;
     Supervisor& operator=(const Supervisor&) = delete;
 
-    /// Takes over the jobs of workers that an earlier run of this server left behind, then starts its own.
+    /// Takes over the jobs of workers that an earlier run of this server left behind, then starts
+    /// its own.
     void start();
     /// Tells every worker to look into the store.
     void ring();
@@ -43,7 +44,7 @@ class Supervisor {
     struct Slot {
         std::string name, cache_dir;
         ChildProcess child;
-        std::string input;         ///< of the worker, up to its next line end
+        std::string input;  ///< of the worker, up to its next line end
         std::string devices_json;
         std::string end_reason;    ///< why it was killed, when this process did that
         std::string release_note;  ///< not yet given to the store

@@ -10,8 +10,8 @@
 
 namespace kiln {
 
-/// One claimed job while it runs: renews the lease, passes progress on, and learns whether to go on. Safe from
-/// any thread.
+/// One claimed job while it runs: renews the lease, passes progress on, and learns whether to go
+/// on. Safe from any thread.
 class Attempt {
   public:
     enum class State {
@@ -21,7 +21,8 @@ class Attempt {
         dropped,    ///< this worker is to end
     };
 
-    Attempt(JobStore& store, Mailbox& mailbox, const JobRecord& job, std::chrono::milliseconds lease);
+    Attempt(JobStore& store, Mailbox& mailbox, const JobRecord& job,
+            std::chrono::milliseconds lease);
 
     /// Notes the progress and renews the lease when that is due.
     void progress(const Progress& progress);

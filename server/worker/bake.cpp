@@ -72,7 +72,12 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
                                  .numerics = report.device.numerics,
                                  .key = image_key(job, report.device.numerics),
                                  .standard_error_max = largest_standard_error(report)});
-    Encoded encoded = encode(outcome.table, job.format, job.pixel, metadata);
+    const auto stay_in_touch = [&control] {
+        control.progress({.fraction = 1, .standard_error_max = {}});
+        if (control.cancelled()) throw Cancelled();
+    };
+    Encoded encoded =
+        encode(outcome.table, job.format, job.pixel, metadata, /*thread_count=*/0, stay_in_touch);
     report.run_time_s.encode = seconds_since(encode_start);
     report.run_time_s.total = seconds_since(start);
     report.job = job_id(job);

@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// The engine of a worker, and the one beside it that leaves OpenCL alone: for a job whose last worker died, and
-/// for everything while the supervisor has switched OpenCL off.
+/// The engine of a worker, and the one beside it that leaves OpenCL alone: for a job whose last
+/// worker died, and for everything while the supervisor has switched OpenCL off.
 class Engines {
   public:
     explicit Engines(const Settings& settings);

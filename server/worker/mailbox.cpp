@@ -55,8 +55,8 @@ Mailbox::Stop Mailbox::stop() {
 void Mailbox::say(std::string_view line) {
     if (socket_ < 0) return;
     const std::string text = std::string(line) + '\n';
-    // A short write would tear a line in two, so lines are sent whole or, when the socket is full, not at all;
-    // the supervisor reads all the time.
+    // A short write would tear a line in two, so lines are sent whole or, when the socket is full,
+    // not at all; the supervisor reads all the time.
     const std::lock_guard lock(saying_);
     send(socket_, text.data(), text.size(), MSG_NOSIGNAL | (text.size() < 1024 ? MSG_DONTWAIT : 0));
 }

@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// What reaches a worker from outside: the supervisor's rings, its end, and SIGTERM or SIGINT, which must be
-/// blocked in every thread before this is made.
+/// What reaches a worker from outside: the supervisor's rings, its end, and SIGTERM or SIGINT,
+/// which must be blocked in every thread before this is made.
 class Mailbox {
   public:
     enum class Stop { none, finish_job, drop_job };

@@ -10,9 +10,9 @@
 
 namespace kiln {
 
-/// A thread beside the one that works. It tells the supervisor that the process lives, ends the process when a
-/// device hangs (OpenCL has no way to stop a call that does not return), and keeps the lease while a result is
-/// encoded and stored.
+/// A thread beside the one that works. It tells the supervisor that the process lives, ends the
+/// process when a device hangs (OpenCL has no way to stop a call that does not return), and keeps
+/// the lease while a result is encoded and stored.
 class Watchdog {
   public:
     Watchdog(Mailbox& mailbox, std::chrono::milliseconds stall);

@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <nlohmann/json.hpp>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "server/base/error.h"
 #include "server/base/log.h"

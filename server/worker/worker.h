@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Claims jobs from the store and bakes them until it is told to end (SIGTERM, SIGINT, or the supervisor's
-/// end), which the caller must have blocked in all threads. Returns the exit status.
+/// Claims jobs from the store and bakes them until it is told to end (SIGTERM, SIGINT, or the
+/// supervisor's end), which the caller must have blocked in all threads. Returns the exit status.
 int run_worker(const Settings& settings, JobStore& jobs, BlobStore& blobs);
 
 }  // namespace kiln
