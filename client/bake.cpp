@@ -164,7 +164,7 @@ Result bake_anywhere(const BakeOptions& options, const JobSpec& job, const Stop&
 Exit bake(const BakeOptions& options) {
     check_arguments(options);
     const JobSpec job = load_job(options);
-    const Interrupt interrupt;
+    const Interrupt interrupt(options.timeout_s);
     const Stop stop(interrupt, options.timeout_s);
     const Result result = bake_anywhere(options, job, stop);
     if (interrupt.requested()) stop.leave();

@@ -11,7 +11,8 @@ namespace kiln::client {
 namespace {
 
 constexpr int kWake = SIGUSR1;  // sent by the destructor alone, to end the listener
-constexpr timespec kPatience{.tv_sec = 5, .tv_nsec = 0};
+constexpr std::chrono::seconds kPatience{5};
+using Clock = std::chrono::steady_clock;
 
 sigset_t watched() {
     sigset_t set;
@@ -20,9 +21,26 @@ sigset_t watched() {
     return set;
 }
 
+/// False once `deadline` has passed without a signal.
+bool signal_before(Clock::time_point deadline) {
+    const sigset_t set = watched();
+    // In short turns: a process that was stopped and goes on returns early from any of them.
+    while (Clock::now() < deadline) {
+        const timespec turn{.tv_sec = 0, .tv_nsec = 200'000'000};
+        if (sigtimedwait(&set, nullptr, &turn) > 0) return true;
+    }
+    return false;
+}
+
+[[noreturn]] void end_now(Exit exit) {
+    static constexpr char kMessage[] = "kiln: the device does not come back; left without it\n";
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+    _exit(static_cast<int>(exit));
+}
+
 }  // namespace
 
-Interrupt::Interrupt() {
+Interrupt::Interrupt(double timeout_s) : timeout_s_(timeout_s) {
     const sigset_t set = watched();
     pthread_sigmask(SIG_BLOCK, &set, &before_);
     listener_ = std::thread([this] { listen(); });
@@ -36,13 +54,16 @@ Interrupt::~Interrupt() {
 }
 
 void Interrupt::listen() {
-    const sigset_t set = watched();
-    int number = 0;
-    sigwait(&set, &number);
+    // A year stands for no limit.
+    const std::chrono::duration<double> limit(timeout_s_ > 0 ? timeout_s_ : 3e7);
+    const auto deadline =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(limit) + kPatience;
+    const bool interrupted = signal_before(deadline);
     if (leaving_) return;
+    if (!interrupted) end_now(Exit::timed_out);
     requested_ = true;
-    sigtimedwait(&set, nullptr, &kPatience);
-    if (!leaving_) _exit(static_cast<int>(Exit::interrupted));
+    signal_before(Clock::now() + kPatience);
+    if (!leaving_) end_now(Exit::interrupted);
 }
 
 Stop::Stop(const Interrupt& interrupt, double timeout_s)

@@ -11,12 +11,13 @@
 namespace kiln::client {
 
 /// Takes SIGINT, SIGTERM and SIGHUP for as long as it lives, so that a bake may cancel its job and
-/// leave in order. Make it before any other thread: threads inherit the blocked signals. A driver
-/// that does not come back within five seconds of the signal, or a second signal, ends the process
-/// with exit status 130.
+/// leave in order. Make it before any other thread: threads inherit the blocked signals. Where a
+/// driver does not come back within five seconds of the signal or of the time limit, and at a
+/// second signal, it ends the process with the exit status that was due.
 class Interrupt {
   public:
-    Interrupt();
+    /// timeout_s: 0 = no limit.
+    explicit Interrupt(double timeout_s);
     ~Interrupt();
     Interrupt(const Interrupt&) = delete;
     Interrupt& operator=(const Interrupt&) = delete;
@@ -24,6 +25,7 @@ class Interrupt {
 
   private:
     void listen();
+    double timeout_s_;
     std::atomic<bool> requested_{false};
     std::atomic<bool> leaving_{false};
     sigset_t before_{};

@@ -76,6 +76,12 @@ class KilnTest(unittest.TestCase):
         self.write("job.json", job or JOB)
         return self.kiln("bake", "job.json", "-o", output, "--local", *arguments)
 
+    def hang_opencl(self):
+        """Whoever asks for an OpenCL platform from now on never gets an answer."""
+        self.env["OCL_ICD_VENDORS"] = self.path("vendors")
+        os.mkdir(self.path("vendors"))
+        os.mkfifo(self.path("vendors/hang.icd"))  # opening a pipe that nobody writes blocks
+
     def serve(self, *arguments):
         """Starts kilnd on a free port; returns its URL. It ends with the test."""
         env = dict(self.env)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import signal
+import time
 import unittest
 
 from kiln_cli import JOB, PATIENCE_S, SOURCE, KilnTest, long_job
@@ -93,11 +94,7 @@ class Bake(KilnTest):
         self.assertEqual(os.stat(self.path("real.exr")).st_mode & 0o777, 0o640)
 
     def test_native_does_not_touch_opencl(self):
-        # A loader that is sent to a folder that cannot be listed would still find no device; what tells is
-        # that nobody made PoCL's cache or opened a vendor library.
-        self.env["OCL_ICD_VENDORS"] = self.path("vendors")
-        os.mkdir(self.path("vendors"))
-        os.mkfifo(self.path("vendors/hang.icd"))  # opening it would block for ever
+        self.hang_opencl()
         self.bake_local("out.exr")
 
 
@@ -192,6 +189,26 @@ class Stop(KilnTest):
     def test_interrupt_exits_130_and_keeps_the_old_file(self):
         self.assertEqual(self.interrupted(signal.SIGINT), 130)
         self.assertEqual(self.interrupted(signal.SIGTERM), 130)
+
+    def test_a_driver_that_never_comes_back_is_left(self):
+        self.hang_opencl()
+        self.write("job.json", dict(JOB, device="opencl"))
+        self.kiln("bake", "job.json", "-o", "out.exr", "--local", "--timeout", "0.1", exit_status=5)
+        bake = self.start("bake", "job.json", "-o", "out.exr", "--local", "--timeout", "100",
+                          "--progress", "plain")
+        # Signals are this process's own business once it blocks them.
+        while not self.blocks(bake.pid, signal.SIGINT):
+            time.sleep(0.05)
+        bake.send_signal(signal.SIGINT)
+        bake.communicate(timeout=PATIENCE_S)
+        self.assertEqual(bake.returncode, 130)
+        self.assertEqual(self.files(), ["job.json", "vendors"])
+
+    @staticmethod
+    def blocks(pid, number):
+        with open(f"/proc/{pid}/status", encoding="ascii") as file:
+            mask = next(line for line in file if line.startswith("SigBlk:")).split()[1]
+        return int(mask, 16) >> (number - 1) & 1
 
     def test_a_kill_leaves_nothing_behind(self):
         self.assertEqual(self.interrupted(signal.SIGKILL), -signal.SIGKILL)
