@@ -11,8 +11,9 @@ namespace kiln::codec {
 
 // Both writers are given a table and metadata that image.cpp has checked.
 Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata,
-                   unsigned thread_count);
-Encoded encode_png(const Table& table, PixelType pixel, const Metadata& metadata);
+                   unsigned thread_count, const std::function<void()>& between_lines);
+Encoded encode_png(const Table& table, PixelType pixel, const Metadata& metadata,
+                   const std::function<void()>& between_lines);
 
 Decoded decode_exr(std::string_view bytes);
 Decoded decode_png(std::string_view bytes);

@@ -96,7 +96,8 @@ Imf::Slice slice(Imf::PixelType type, const void* data, std::size_t y, const Tab
 }
 
 void write_half(Imf::OutputFile& file, const Table& table, const std::vector<std::string>& names,
-                std::size_t block_lines, Encoded& account) {
+                std::size_t block_lines, Encoded& account,
+                const std::function<void()>& between_lines) {
     std::vector<std::vector<half>> block(names.size(),
                                          std::vector<half>(block_lines * table.width));
     for (std::size_t y = 0; y < table.height; y += block_lines) {
@@ -106,23 +107,28 @@ void write_half(Imf::OutputFile& file, const Table& table, const std::vector<std
             to_half(table, c, y, lines, block[c], account);
             frame.insert(names[c], slice(Imf::HALF, block[c].data(), y, table, lines));
         }
+        between_lines();
         file.setFrameBuffer(frame);
         file.writePixels(static_cast<int>(lines));
     }
 }
 
-void write_float(Imf::OutputFile& file, const Table& table, const std::vector<std::string>& names) {
+void write_float(Imf::OutputFile& file, const Table& table, const std::vector<std::string>& names,
+                 std::size_t block_lines, const std::function<void()>& between_lines) {
     Imf::FrameBuffer frame;
     for (std::size_t c = 0; c < names.size(); ++c)
         frame.insert(names[c], slice(Imf::FLOAT, table.planes[c].data(), 0, table, table.height));
     file.setFrameBuffer(frame);
-    file.writePixels(static_cast<int>(table.height));
+    for (std::size_t y = 0; y < table.height; y += block_lines) {
+        between_lines();
+        file.writePixels(static_cast<int>(std::min(block_lines, table.height - y)));
+    }
 }
 
 }  // namespace
 
 Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata,
-                   unsigned asked_threads) {
+                   unsigned asked_threads, const std::function<void()>& between_lines) {
     if (pixel != PixelType::half && pixel != PixelType::float32)
         throw Error("cannot_encode", "EXR holds half or float, no 8-bit or 16-bit integers");
     const bool as_half = pixel == PixelType::half;
@@ -150,11 +156,13 @@ Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata
         StringStream stream(result.bytes);
         const int threads = thread_count_for(table, asked_threads);
         Imf::OutputFile file(stream, header, threads);
+        // A few ZIP blocks for every thread: enough to keep them busy.
+        const std::size_t block_lines =
+            4 * kZipLines * static_cast<std::size_t>(std::max(1, threads));
         if (as_half)
-            write_half(file, table, names,
-                       kZipLines * static_cast<std::size_t>(std::max(1, threads)), result);
+            write_half(file, table, names, block_lines, result, between_lines);
         else
-            write_float(file, table, names);
+            write_float(file, table, names, block_lines, between_lines);
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {

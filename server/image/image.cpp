@@ -90,12 +90,13 @@ void check_decode_size(std::size_t width, std::size_t height, std::size_t channe
 }  // namespace codec
 
 Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
-               unsigned thread_count) {
+               unsigned thread_count, const std::function<void()>& between_lines) {
     check_shape(table);
     check_metadata(metadata);
     check_finite(table);
-    return format == ImageFormat::exr ? codec::encode_exr(table, pixel, metadata, thread_count)
-                                      : codec::encode_png(table, pixel, metadata);
+    return format == ImageFormat::exr
+               ? codec::encode_exr(table, pixel, metadata, thread_count, between_lines)
+               : codec::encode_png(table, pixel, metadata, between_lines);
 }
 
 Decoded decode(std::string_view bytes) {

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples a second of every kernel specialisation on both backends: a 64 × 64 table, 1024 samples a texel.
+//
+// The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one sample of
+// one lane group: 2 √ (the cap's sine, the light's Smith length), 1 ÷ (G2/G1), 27 + − × and selections for E;
+// B adds a reciprocal root by Newton steps (15 operations) and 8 for Fresnel. On a core whose 16-lane √ takes
+// 12 cycles, ÷ 10 and + − × half a cycle each, E is bound by the divider (34 cycles for 16 samples), and A, B
+// by it as well as long as the other 50 operations (25 cycles) run beside it.
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "server/base/error.h"
+#include "server/compute/native.h"
+#include "server/compute/opencl.h"
+
+namespace {
+
+using namespace kiln;
+
+constexpr std::size_t kSide = 64, kStride = kSide * kSide, kSamples = 1024;
+
+template <typename Scalar>
+void run(benchmark::State& state, Backend& backend, const Specialisation& what) {
+    std::vector<Scalar> texels(2 * kStride);
+    for (std::size_t i = 0; i < kStride; ++i) {
+        texels[i] = static_cast<Scalar>((static_cast<double>(i % kSide) + 0.5) / kSide);
+        const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
+        texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
+    }
+    const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kSamples);
+    const std::vector<Scalar> points(set.values.begin(), set.values.end());
+    std::vector<Scalar> sums(set.batches.size() * static_cast<std::size_t>(__builtin_popcount(
+                                                      static_cast<unsigned>(what.terms))) *
+                             kStride);
+    for (auto _ : state) {
+        backend.run(Launch<Scalar>{what, kStride, texels, points, set.batches, sums});
+        benchmark::DoNotOptimize(sums.data());
+    }
+    state.counters["samples/s"] =
+        benchmark::Counter(static_cast<double>(kStride * kSamples), benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void add(const std::string& name, Backend& backend, const Specialisation& what) {
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [&backend, what](benchmark::State& state) {
+                                     if (what.precision == Precision::float64)
+                                         run<double>(state, backend, what);
+                                     else
+                                         run<float>(state, backend, what);
+                                 })
+        ->UseRealTime()
+        ->Unit(benchmark::kMillisecond);
+}
+
+const std::map<std::string, Specialisation> kCases = {
+    {"E", {.terms = 1}},
+    {"A_B", {.terms = 3}},
+    {"A_B_multiscatter", {.terms = 7}},
+    {"multiscatter", {.terms = 4}},
+    {"E_separable", {.masking = Masking::smith_separable, .terms = 1}},
+    {"A_B_ndf", {.importance = Importance::ndf, .terms = 3}},
+    {"E_avg", {.terms = 1, .averaged = true}},
+    {"A_B_float64", {.terms = 3, .precision = Precision::float64}},
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    ThreadPool one(1), all(0);
+    std::vector<std::unique_ptr<Backend>> backends;
+    for (const InstructionSet set : usable_instruction_sets()) {
+        backends.push_back(make_native_backend(one, set));
+        add("native/" + to_string(set) + "/one_thread/A_B", *backends.back(), kCases.at("A_B"));
+    }
+    backends.push_back(make_native_backend(all, usable_instruction_sets().front()));
+    for (const auto& [name, what] : kCases) add("native/all_threads/" + name, *backends.back(), what);
+    std::unique_ptr<OpenClBackend> opencl;
+    try {
+        opencl = std::make_unique<OpenClBackend>(*backends.front());
+        for (const auto& [name, what] : kCases) {
+            opencl->build(what);
+            add("opencl/" + name, *opencl, what);
+        }
+    } catch (const Error& error) {
+        std::fprintf(stderr, "no OpenCL: %s\n", error.what());
+    }
+    benchmark::Initialize(&argc, argv);
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+}
