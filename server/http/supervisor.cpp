@@ -213,7 +213,8 @@ void Supervisor::buried(Slot& slot, int status) {
         slot.child = {};
     }
     slot.input.clear();
-    const bool clean = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    // One that this process stopped is not to blame, however it ended.
+    const bool clean = stop_signals_ > 0 || (WIFEXITED(status) && WEXITSTATUS(status) == 0);
     std::string note;
     if (!clean) {
         const std::string how = slot.end_reason.empty() ? describe_end(status) : slot.end_reason;
