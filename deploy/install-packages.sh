@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash
 # To be sourced. install_packages LIST...: installs what is missing of the Debian packages in the lists
 # (one a line, # starts a comment). Without root it names the command to run and returns 1.
 
@@ -23,7 +24,7 @@ install_packages() {
     return 1
   fi
   export DEBIAN_FRONTEND=noninteractive
-  apt-get update -q &&
-    # shellcheck disable=SC2086 # one word a package
-    apt-get install -q -y --no-install-recommends $missing
+  apt-get update -q || return 1
+  # shellcheck disable=SC2086 # one word a package
+  apt-get install -q -y --no-install-recommends $missing
 }

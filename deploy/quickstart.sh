@@ -7,7 +7,10 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . deploy/install-packages.sh
 
-[ $# -le 1 ] && [[ "${1:-}" != -* ]] || { echo "usage: deploy/quickstart.sh [DATA_DIR]" >&2; exit 2; }
+if [ $# -gt 1 ] || [[ "${1:-}" == -* ]]; then
+  echo "usage: deploy/quickstart.sh [DATA_DIR]" >&2
+  exit 2
+fi
 bin=build/release/bin
 log=build/quickstart.log
 server=

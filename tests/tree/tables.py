@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the rules over the tree allow: limits, arrows, and the excesses that exist. An excess may shrink
+and go, never grow: an entry larger than what it describes fails as well."""
+
+# Lines a file, by the first pattern that fits; data, licence and generated files have no limit.
+FILE_LINES_MAX = [
+    ("kernels/*.h", 150),
+    ("kernels/*.cl", 150),
+    ("README.md", 150),
+    ("ARCHITECTURE.md", 200),
+    ("CONTRIBUTING.md", 120),
+    ("*.json", None),
+    ("LICENSE", None),
+    ("*", 400),
+]
+FUNCTION_LINES_MAX = 70
+COLUMNS_MAX = 120   # a hard limit
+COLUMNS_AIM = 100   # what clang-format keeps to
+WIDE_LINES_MAX = 280  # lines between the two in the whole tree; lower it whenever the test says so
+
+# file → lines wider than COLUMNS_MAX
+OVERWIDE_LINES = {
+    "cmake/Embed.cmake": 1,  # a regular expression of 81 dots
+    "server/compute/CMakeLists.txt": 1,
+    "server/compute/engine.cpp": 1,
+    "server/compute/replicates.cpp": 1,
+    "tests/client/CMakeLists.txt": 1,
+    "tests/compute/clfault.cpp": 2,
+    "tests/compute/test_opencl.cpp": 2,
+    "tests/compute/test_points.cpp": 1,
+}
+# Files that clang-format would change.
+UNFORMATTED = {
+    "benchmarks/bench_kernels.cpp",
+    "kernels/batch.h",
+    "kernels/ggx.h",
+    "kernels/integrand.h",
+    "kernels/lane.h",
+    "kernels/smith.h",
+    "server/base/sha256.h",
+    "server/compute/axes.cpp",
+    "server/compute/axes.h",
+    "server/compute/backend.h",
+    "server/compute/engine.cpp",
+    "server/compute/engine.h",
+    "server/compute/integrate.cpp",
+    "server/compute/integrate.h",
+    "server/compute/native.cpp",
+    "server/compute/native_isa.cpp",
+    "server/compute/native_kernels.h",
+    "server/compute/opencl.cpp",
+    "server/compute/opencl.h",
+    "server/compute/opencl_api.cpp",
+    "server/compute/opencl_programs.cpp",
+    "server/compute/opencl_programs.h",
+    "server/compute/plan.cpp",
+    "server/compute/plan.h",
+    "server/compute/points.cpp",
+    "server/compute/points.h",
+    "server/compute/quantity.h",
+    "server/compute/rare_events.h",
+    "server/compute/replicates.cpp",
+    "server/compute/replicates.h",
+    "server/compute/report.h",
+    "server/compute/thread_pool.cpp",
+    "server/compute/thread_pool.h",
+    "server/image/image.h",
+    "tests/compute/clfault.cpp",
+    "tests/compute/table_digest.cpp",
+    "tests/compute/test_backends.cpp",
+    "tests/compute/test_opencl.cpp",
+    "tests/compute/test_points.cpp",
+    "tests/compute/test_replicates.cpp",
+}
+
+# Who may include what of ours, besides its own folder. A path ending in "/" is a folder; the longest
+# matching key speaks for a file; "*" is everything.
+ARROWS = {
+    "kernels/": [],
+    "server/base/": [],
+    "server/settings/": ["server/base/"],
+    "server/spec/": ["server/base/"],
+    "server/store/": ["server/base/"],
+    "server/compute/": ["kernels/", "server/spec/", "server/base/"],
+    "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
+    "server/worker/": ["server/spec/", "server/store/", "server/compute/", "server/image/",
+                       "server/settings/", "server/base/"],
+    "server/worker/bake.": ["server/spec/", "server/compute/", "server/image/", "server/base/"],
+    "server/http/": ["server/spec/", "server/store/", "server/settings/", "server/base/"],
+    "server/kilnd.cpp": ["server/"],
+    # The HTTP API, and the engine for --local.
+    "client/": ["server/spec/", "server/compute/", "server/image/", "server/worker/bake.h",
+                "server/base/"],
+    # Shares no line with what it is the reference for.
+    "tests/reference/": [],
+    "tests/": ["*"],
+    "benchmarks/": ["*"],
+}
+
+# Third-party headers that are slow to compile or belong behind one file: who may include them. Headers
+# of ours never include the first four.
+HEAVY_HEADERS = {
+    "nlohmann/json.hpp": [
+        "client/json.cpp", "server/compute/report.cpp", "server/http/documents.cpp",
+        "server/spec/canonical.cpp", "server/spec/contract.cpp", "server/spec/job.cpp",
+        "server/spec/json_text.cpp", "server/spec/phrases.cpp", "server/spec/problem_document.cpp",
+        "server/spec/schema.cpp", "server/spec/settings.cpp", "server/worker/worker.cpp",
+        "tests/compute/test_report.cpp", "tests/spec/*.cpp"],
+    "httplib.h": ["server/http/listener.cpp"],
+    "CLI/*": ["client/main.cpp"],
+    "valijson/*": ["tests/spec/test_oracle.cpp"],
+    "CL/*": ["server/compute/opencl_api.h", "tests/compute/clfault.cpp"],
+    "curl/*": ["client/http.cpp"],
+    "sqlite3.h": ["server/store/sqlite.cpp", "tests/store/test_sqlite_job_store.cpp"],
+    "openssl/*": ["server/base/sha256.cpp"],
+    "png.h": ["server/image/png_read.cpp", "server/image/png_write.cpp"],
+    "Imf*": ["server/image/exr_read.cpp", "server/image/exr_write.cpp"],
+}
+
+# A kernel header NAME.h is tested by tests/kernels/test_NAME.cpp or by the files here.
+KERNEL_TESTS = {
+    "lane.h": ["tests/compute/test_backends.cpp", "tests/compute/test_opencl.cpp"],
+    "fresnel.h": ["tests/compute/test_accuracy.cpp"],
+    "smith.h": ["tests/compute/test_accuracy.cpp"],
+    "ggx.h": ["tests/compute/test_accuracy.cpp"],
+    "integrand.h": ["tests/compute/test_accuracy.cpp"],
+    "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
+}
+
+PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt"]
+PACKAGE_INSTALLER = "deploy/install-packages.sh"
