@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+// The kernels at one lane, in double and in float: ordinary functions to hold against textbook forms.
+
+namespace in_double {
+using scalar = double;
+using real = double;
+inline real lane_sqrt(real x) { return std::sqrt(x); }
+#define KILN_DOUBLE 1
+#define KILN_LANES 1
+#include "kernels/lane.h"
+#include "kernels/fresnel.h"
+#include "kernels/smith.h"
+#include "kernels/ggx.h"
+#include "kernels/integrand.h"
+#include "kernels/batch.h"
+#undef KILN_DOUBLE
+#undef KILN_LANES
+}  // namespace in_double
+
+namespace in_float {
+using scalar = float;
+using real = float;
+inline real lane_sqrt(real x) { return std::sqrt(x); }
+#define KILN_AS_BITS(x) std::bit_cast<std::int32_t>(x)
+#define KILN_AS_REAL(x) std::bit_cast<float>(x)
+#define KILN_DOUBLE 0
+#define KILN_LANES 1
+#include "kernels/lane.h"
+#include "kernels/fresnel.h"
+#include "kernels/smith.h"
+#include "kernels/ggx.h"
+#include "kernels/integrand.h"
+#include "kernels/batch.h"
+#undef KILN_DOUBLE
+#undef KILN_LANES
+}  // namespace in_float
