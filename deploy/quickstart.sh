@@ -55,6 +55,35 @@ start_server() {
   return 1
 }
 
+# The last line of the trace is the standard error at all samples, over all channels.
+summary() {
+  awk -v image="$1" '
+    function last(name, text,  value) {
+      while (match(text, "\"" name "\":[^,}]*")) {
+        value = substr(text, RSTART + length(name) + 3, RLENGTH - length(name) - 3)
+        text = substr(text, RSTART + RLENGTH)
+      }
+      gsub(/"/, "", value)
+      return value
+    }
+    { report = report $0 }
+    END {
+      match(report, /"run_time_s":[{][^}]*[}]/)
+      time = last("total", substr(report, RSTART, RLENGTH))
+      printf "%-38s %12.1e %8.1e %7d ms  %s\n", image, last("standard_error_rms", report),
+             last("standard_error_max", report), 1000 * time + 0.5, last("backend", report)
+    }' "$2"
+}
+
+bake() {
+  local name format
+  name=$(basename "$1" .json)
+  format=$(sed -n 's/.*"format": *"\([a-z]*\)".*/\1/p' "$1")
+  "$bin/kiln" bake "$1" -o "out/$name.${format:-exr}" --report "out/$name.report.json" \
+    --server "$url" --progress none 2>"$scratch/kiln.log" || { cat "$scratch/kiln.log" >&2; return 1; }
+  summary "out/$name.${format:-exr}" "out/$name.report.json"
+}
+
 mkdir -p build out
 : >"$log"
 step "installing packages" install_packages deploy/apt-packages.txt
@@ -62,11 +91,7 @@ step "building" build
 scratch=$(mktemp -d)
 data=${1:-$scratch/data}
 step "starting kilnd" start_server
-printf '\n'
-for job in examples/*.json; do
-  format=$(grep -o '"format": *"[a-z]*"' "$job" | grep -o '[a-z]*"$' | tr -d '"') || format=exr
-  name=$(basename "$job" .json)
-  "$bin/kiln" bake "$job" -o "out/$name.$format" --report "out/$name.report.json" --server "$url" --progress none
-done
+printf '\n%-38s %12s %8s %10s  %s\n' "" "error rms" max "run time" on
+for job in examples/*.json; do bake "$job"; done
 stop_server
-printf '\nThe images and their reports are in out/. Bake your own: %s/kiln bake JOB.json -o OUT.exr\n' "$bin"
+printf '\nBeside each image is its report. Bake your own: %s/kiln bake JOB.json -o OUT.exr\n' "$bin"
