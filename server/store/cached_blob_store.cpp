@@ -115,11 +115,13 @@ Bytes CachedBlobStore::get(const std::string& digest) {
         }
     }
     if (bytes == nullptr) return state_->load(digest);
-    if (touch) try {
+    if (touch) {
+        try {
             state_->below.contains(digest);
         } catch (const Error&) {
             // The bytes in hand are verified; a failing disk shows at the next cold read.
         }
+    }
     return bytes;
 }
 

@@ -34,6 +34,8 @@ std::int64_t Database::changes() const { return sqlite3_changes64(handle_); }
 
 bool Database::in_transaction() const { return sqlite3_get_autocommit(handle_) == 0; }
 
+bool Database::busy() const { return (sqlite3_errcode(handle_) & 0xff) == SQLITE_BUSY; }
+
 void Database::fail(std::string_view name) const {
     const int code = sqlite3_extended_errcode(handle_);
     throw Error("store_failed", "job store: " + std::string(name) + ": " + sqlite3_errmsg(handle_) +

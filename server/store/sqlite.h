@@ -24,6 +24,7 @@ class Database {
     void execute(const char* name, const char* sql);
     std::int64_t changes() const;  ///< rows that the latest statement wrote, triggers aside
     bool in_transaction() const;
+    bool busy() const;  ///< the latest call failed because another connection holds the file
     /// Error("store_failed") with `name`, the reason and SQLite's extended code.
     [[noreturn]] void fail(std::string_view name) const;
 

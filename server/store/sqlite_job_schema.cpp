@@ -70,6 +70,7 @@ std::int64_t ask(Database& database, const char* name, const char* sql) {
     return value;
 }
 
+// Inside a transaction, or another process may create the tables between the two questions.
 std::int64_t known_version(Database& database, const std::string& path) {
     const std::int64_t version = ask(database, "read schema version", "PRAGMA user_version");
     if (version > kSchemaVersion)
@@ -85,7 +86,7 @@ std::int64_t known_version(Database& database, const std::string& path) {
 }
 
 // Two processes that open a new file at once: the switch to WAL needs the file for itself and
-// reports "locked" without asking the busy handler.
+// reports "locked" without asking the busy handler now and then.
 void switch_to_wal(Database& database) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
     for (;;) {
@@ -93,7 +94,7 @@ void switch_to_wal(Database& database) {
             database.execute("switch to WAL", "PRAGMA journal_mode = WAL");
             return;
         } catch (const Error&) {
-            if (std::chrono::steady_clock::now() > deadline) throw;
+            if (!database.busy() || std::chrono::steady_clock::now() > deadline) throw;
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
         }
     }
@@ -102,7 +103,11 @@ void switch_to_wal(Database& database) {
 }  // namespace
 
 void prepare_job_schema(Database& database, const std::string& path) {
-    known_version(database, path);
+    {
+        Transaction transaction(database);  // a refused file must not even change its mode
+        known_version(database, path);
+        transaction.commit();
+    }
     switch_to_wal(database);
     database.execute("set synchronous", "PRAGMA synchronous = FULL");
     // Bounds what a burst leaves behind in the -wal file: 16 MiB.

@@ -100,30 +100,50 @@ inline std::string killed_child(const std::function<void(int)>& action,
     return words;
 }
 
-/// Runs `action` in a child process and gives what it returned: "" for all well.
-inline std::string in_child(const std::function<std::string()>& action) {
-    int ends[2];
-    if (pipe(ends) != 0) return "pipe failed";
-    const pid_t child = fork();
-    if (child == 0) {
-        std::string message;
-        try {
-            message = action();
-        } catch (const std::exception& error) {
-            message = std::string("exception: ") + error.what();
+/// A child process that runs `action`, which returns "" for all well. To be started while the test
+/// has one thread only: a fork copies locks that other threads hold.
+class Child {
+  public:
+    explicit Child(const std::function<std::string()>& action) {
+        int ends[2];
+        if (pipe(ends) != 0) throw std::runtime_error("pipe");
+        pid_ = fork();
+        if (pid_ == 0) {
+            std::string message;
+            try {
+                message = action();
+            } catch (const std::exception& error) {
+                message = std::string("exception: ") + error.what();
+            }
+            const ssize_t written = write(ends[1], message.data(), message.size());
+            _exit(written == static_cast<ssize_t>(message.size()) ? 0 : 1);
         }
-        const ssize_t written = write(ends[1], message.data(), message.size());
-        _exit(written == static_cast<ssize_t>(message.size()) ? 0 : 1);
+        close(ends[1]);
+        out_ = ends[0];
     }
-    close(ends[1]);
-    std::string message;
-    char part[4096];
-    for (ssize_t got; (got = read(ends[0], part, sizeof part)) > 0;)
-        message.append(part, static_cast<std::size_t>(got));
-    close(ends[0]);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return status == 0 ? message : message + " (child ended with " + std::to_string(status) + ")";
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// Waits for the end; what the action returned. To be called once.
+    std::string outcome() {
+        std::string message;
+        char part[4096];
+        for (ssize_t got; (got = read(out_, part, sizeof part)) > 0;)
+            message.append(part, static_cast<std::size_t>(got));
+        close(out_);
+        int status = 0;
+        waitpid(pid_, &status, 0);
+        if (status != 0) message += " (child ended with " + std::to_string(status) + ")";
+        return message;
+    }
+
+  private:
+    pid_t pid_ = -1;
+    int out_ = -1;
+};
+
+inline std::string in_child(const std::function<std::string()>& action) {
+    return Child(action).outcome();
 }
 
 }  // namespace kiln::test

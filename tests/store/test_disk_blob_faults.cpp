@@ -130,13 +130,10 @@ TEST(DiskBlobFaults, TwoProcessesShareOneFolder) {
         if (store.stats().quarantined != 0) return "a good entry was set aside";
         return served > 0 ? "" : "nothing was ever found";
     };
-    std::string first, second;
-    {
-        std::jthread a([&] { first = in_child([&] { return work(1); }); });
-        std::jthread b([&] { second = in_child([&] { return work(2); }); });
-    }
-    EXPECT_EQ(first, "");
-    EXPECT_EQ(second, "");
+    Child first([&] { return work(1); });
+    Child second([&] { return work(2); });
+    EXPECT_EQ(first.outcome(), "");
+    EXPECT_EQ(second.outcome(), "");
     const Usage left = usage(folder / "blobs", true);
     EXPECT_LE(left.bytes, kBudget);
     EXPECT_EQ(left.torn, 0u);

@@ -155,18 +155,20 @@ TEST_F(SqliteJobStoreTest, OldestFinishedJobsAreForgottenBeyondTheBound) {
 
 TEST_F(SqliteJobStoreTest, ManyProcessesOpenANewFileAtOnce) {
     constexpr int kProcesses = 8;
-    std::vector<std::jthread> threads;
-    std::array<std::string, kProcesses> messages;
+    int gate[2];  // all wait at its end until this process closes it
+    ASSERT_EQ(pipe(gate), 0);
+    std::vector<std::unique_ptr<Child>> children;
     for (int i = 0; i < kProcesses; ++i)
-        threads.emplace_back([&, i] {
-            messages[static_cast<std::size_t>(i)] = in_child([&] {
-                auto store = open_sqlite_job_store(path_);
-                store->submit("job" + std::to_string(i), "{}", "e1");
-                return std::string();
-            });
-        });
-    threads.clear();
-    for (const std::string& message : messages) EXPECT_EQ(message, "");
+        children.push_back(std::make_unique<Child>([&, i]() -> std::string {
+            close(gate[1]);
+            char nothing;
+            if (read(gate[0], &nothing, 1) != 0) return "the gate is broken";
+            open_sqlite_job_store(path_)->submit("job" + std::to_string(i), "{}", "e1");
+            return "";
+        }));
+    close(gate[0]);
+    close(gate[1]);
+    for (const auto& child : children) EXPECT_EQ(child->outcome(), "");
     EXPECT_EQ(open_sqlite_job_store(path_)->counts().queued, kProcesses);
 }
 
