@@ -20,6 +20,8 @@ namespace {
 constexpr std::size_t kReadChunk = 4096;
 constexpr std::size_t kCoalesceMax = 16 * 1024;
 constexpr std::chrono::milliseconds kIdleStep{100};
+constexpr std::chrono::milliseconds kLingerTime{1000};
+constexpr std::size_t kLingerBytesMax = 4 << 20;
 /// Below this rate a client that takes an answer is cut off, however steadily it drips.
 constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
 
@@ -64,11 +66,16 @@ Connection::Connection(int socket, Limits limits) : socket_(socket), limits_(lim
 
 Connection::~Connection() {
     shutdown(socket_, SHUT_WR);
-    // Unread bytes would turn the close into a reset that can overtake the answer; a bounded look
-    // at what is already here lets the client read it.
+    // Unread bytes turn the close into a reset, which can overtake the answer. A client that is
+    // still sending gets a bounded chance to finish and read why it was refused.
     std::array<char, kReadChunk> rest;
-    for (int i = 0; i < 16; ++i)
-        if (recv(socket_, rest.data(), rest.size(), MSG_DONTWAIT) <= 0) break;
+    const Clock::time_point deadline = Clock::now() + kLingerTime;
+    for (std::size_t taken = 0; taken < (lingers_ ? kLingerBytesMax : 16 * kReadChunk);) {
+        if (lingers_ && !wait_readable(deadline)) break;
+        const ssize_t got = recv(socket_, rest.data(), rest.size(), MSG_DONTWAIT);
+        if (got <= 0) break;
+        taken += static_cast<std::size_t>(got);
+    }
     close(socket_);
 }
 

@@ -33,6 +33,8 @@ class Connection {
     bool write(std::string_view bytes);
     bool flush();
     bool client_gone() const;
+    /// What the client still sends was refused: it is read and dropped for a moment at the end.
+    void linger() { lingers_ = true; }
     bool failed() const { return failed_; }
 
   private:
@@ -48,6 +50,7 @@ class Connection {
     std::string output_;  ///< written, not yet sent
     bool used_ = false;   ///< a request was read
     bool failed_ = false;
+    bool lingers_ = false;
 };
 
 }  // namespace kiln

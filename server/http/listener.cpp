@@ -172,11 +172,13 @@ class Listener::Server final : public httplib::Server {
                 throw kiln::Error("timeout", "the request head did not come in time");
             head = parse_head(text);
             const bool body_taken = take_body(connection, head);
+            if (!body_taken) connection.linger();
             closes = !body_taken || !head.request.keep_alive || stopping_;
             head.request.client_gone = [&connection] { return connection.client_gone(); };
             response = answer(head.request);
         } catch (const kiln::Error& refusal) {
             response = problem_of(refusal);
+            connection.linger();
         }
         closes = closes || static_cast<bool>(response.stream);
         return deliver(connection, head.request.method, response, closes) && !closes;
