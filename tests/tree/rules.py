@@ -44,7 +44,8 @@ def columns(tree, tables):
                  if len(line) > tables.COLUMNS_MAX]
         known = tables.OVERWIDE_LINES.get(path, 0)
         if len(lines) > known:
-            yield f"{path}:{lines[-1]}: more than {tables.COLUMNS_MAX} columns"
+            at = ", ".join(map(str, lines))
+            yield f"{path}: more than {tables.COLUMNS_MAX} columns in line {at}; {known} such lines may be"
         if len(lines) < known:
             yield f"{path}: lower its entry in OVERWIDE_LINES to {len(lines)}"
     for path in set(tables.OVERWIDE_LINES) - set(tree.files):

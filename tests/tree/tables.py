@@ -28,7 +28,7 @@ OVERWIDE_LINES = {
     "tests/compute/clfault.cpp": 2,
     "tests/compute/test_opencl.cpp": 2,
     "tests/compute/test_points.cpp": 1,
-    "tests/kernels/test_ggx.cpp": 2,
+    "tests/kernels/test_ggx.cpp": 4,
     "tests/kernels/test_integrand.cpp": 1,
 }
 # Files that clang-format would change.
