@@ -49,23 +49,22 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 KILN_FUNCTION HalfVector ggx_sample_vndf(View view, scalar cos_phi, scalar one_minus_u, scalar u) {
     const real cap = K(1.0) + view.vz;
     const real hz = one_minus_u * cap;
-    const real hx = cos_phi * lane_sqrt(u * cap * (view.one_minus_vz + hz)) + view.vx;
-    const real VoH = view.vx * hx + view.vz * hz;
+    const real sin2 = u * cap * lane_fma(lanes(one_minus_u), cap, view.one_minus_vz);
+    const real hx = lane_fma(lanes(cos_phi), lane_sqrt(sin2), view.vx);
     HalfVector h;
-    h.VoH2 = VoH + VoH;
+    h.VoH2 = lane_fma(K(2.0) * view.vx, hx, (K(2.0) * view.vz) * hz);
     h.NoH = hz;
-    h.hh = view.alpha * view.alpha * h.VoH2 + view.one_minus_alpha2 * (hz * hz);
+    h.hh = lane_fma(view.alpha * view.alpha, h.VoH2, view.one_minus_alpha2 * (hz * hz));
     return h;
 }
 
 // All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ, √(1 − u)).
 // The point is (√u cos φ, √(1 − u), 1 / √(1 − u)).
 KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
-    const real VoH = view.vx * x + view.vz * z;
     HalfVector h;
-    h.VoH2 = VoH + VoH;
+    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(x), (K(2.0) * view.vz) * z);
     h.NoH = lanes(z);
-    h.hh = view.alpha * view.alpha + view.one_minus_alpha2 * (z * z);
+    h.hh = lane_fma(view.one_minus_alpha2, lanes(z * z), view.alpha * view.alpha);
     return h;
 }
 
@@ -78,8 +77,8 @@ KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, scalar inverse_NoH
 KILN_FUNCTION Light ggx_mirror(View view, HalfVector h) {
     const real edge = view.alpha_over_S * h.hh;
     Light light;
-    light.NoL = h.VoH2 * h.NoH - view.vz * h.hh;
-    light.S = lane_sqrt(view.one_minus_alpha2 * (light.NoL * light.NoL) + edge * edge);
+    light.NoL = lane_fma(h.VoH2, h.NoH, -(view.vz * h.hh));
+    light.S = lane_sqrt(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
     return light;
 }
 

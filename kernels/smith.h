@@ -13,12 +13,12 @@
 // G2 / G1(V): the weight of a sample of the visible normals. NoL > 0.
 KILN_FUNCTION real smith_G2_over_G1(const int masking, real c, real NoL, real S) {
     if (masking == KILN_SMITH_SEPARABLE) return K(2.0) * NoL / (NoL + S);
-    return NoL * (K(1.0) + c) / (NoL + c * S);
+    return NoL * (K(1.0) + c) / lane_fma(c, S, NoL);
 }
 
 // 1 − G2 / G1(V), with `excess` = S² − NoL² in place of the subtraction that would lose all digits as α → 0.
 KILN_FUNCTION real smith_deficit(const int masking, real c, real NoL, real S, real excess) {
     const real sum = S + NoL;
     if (masking == KILN_SMITH_SEPARABLE) return excess / (sum * sum);
-    return c * excess / (sum * (NoL + c * S));
+    return c * excess / (sum * lane_fma(c, S, NoL));
 }

@@ -20,8 +20,9 @@ using Clock = std::chrono::steady_clock;
 /// Places that are integrated to the end before the next block starts: bounds memory, and keeps sums in cache.
 constexpr std::size_t kBlockPlaces = 65536;
 
-/// Samples a device call may take: some ten milliseconds, so that cancelling and progress are prompt.
-constexpr std::uint64_t kLaunchSamples = 1u << 25;
+/// Samples a device call may take: milliseconds, so that cancelling and progress are prompt, and the sums that
+/// it hands over are still in cache when they are added up.
+constexpr std::uint64_t kLaunchSamples = 1u << 23;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -74,15 +75,17 @@ class Integration {
         std::vector<Scalar> texels(2 * block), sums;
         for (std::size_t first = 0; first < pass.places.count(); first += block) {
             const std::size_t count = std::min(block, pass.places.count() - first);
-            for (std::size_t i = 0; i < block; ++i) {  // lanes past the end repeat the last place
-                const std::size_t place = first + std::min(i, count - 1);
-                texels[i] = static_cast<Scalar>(pass.places.NoV(place));
-                texels[block + i] = static_cast<Scalar>(pass.places.alpha(place));
-            }
             std::vector<double> deficits(count);
-            if (pass.what.importance == Importance::vndf)
-                for (std::size_t i = 0; i < count; ++i)
-                    deficits[i] = expected_deficit(pass.what, pass.places.NoV(first + i), pass.places.alpha(first + i));
+            pool_.parallel_for(block / kLanesMax, [&](std::size_t group) {
+                for (std::size_t i = group * kLanesMax; i < (group + 1) * kLanesMax; ++i) {
+                    const std::size_t place = first + std::min(i, count - 1);  // lanes past the end repeat the last
+                    const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
+                    texels[i] = static_cast<Scalar>(NoV);
+                    texels[block + i] = static_cast<Scalar>(alpha);
+                    if (i < count && pass.what.importance == Importance::vndf)
+                        deficits[i] = expected_deficit(pass.what, NoV, alpha);
+                }
+            });
             replicates.reset(std::move(deficits));
             run_block<Scalar>(pass, replicates, block, texels, points, sums);
             store_block(pass, replicates, first);
@@ -161,11 +164,11 @@ class Integration {
         for (std::size_t q = 0; q < pass.channels.size(); ++q) {
             const std::size_t channel = pass.channels[q];
             channel_errors_[channel].add(replicates.summary(pool_, q));
-            for (std::size_t i = 0; i < replicates.place_count(); ++i) {
-                store(pass, outcome_.table.planes[channel], first + i, replicates.mean(q, i));
-                if (!outcome_.standard_errors.empty())
-                    store(pass, outcome_.standard_errors[channel], first + i, replicates.standard_error(q, i));
-            }
+            store(pass, outcome_.table.planes[channel], first, replicates,
+                  [&](std::size_t i) { return replicates.mean(q, i); });
+            if (!outcome_.standard_errors.empty())
+                store(pass, outcome_.standard_errors[channel], first, replicates,
+                      [&](std::size_t i) { return replicates.standard_error(q, i); });
         }
         Work& work = outcome_.report.work;
         const std::uint64_t samples = replicates.place_count() * samples_a_place();
@@ -174,16 +177,21 @@ class Integration {
         if (pass.what.terms & terms_of(Quantity::multiscatter_albedo)) work.multiscatter_evaluations += samples;
     }
 
-    /// An averaged place fills its whole line of the table.
-    void store(const Pass& pass, std::vector<float>& plane, std::size_t place, double value) const {
-        const auto texel = static_cast<float>(value);
+    /// A block's values into a plane; an averaged place fills its whole line of the table.
+    template <typename Value>
+    void store(const Pass& pass, std::vector<float>& plane, std::size_t first, const Replicates& replicates,
+               Value value) const {
         const Table& table = outcome_.table;
-        if (!pass.what.averaged) {
-            plane[place] = texel;
-        } else if (roughness_axis(job_) == 0) {
-            for (std::size_t y = 0; y < table.height; ++y) plane[y * table.width + place] = texel;
-        } else {
-            std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>(place * table.width), table.width, texel);
+        const bool along_x = pass.what.averaged && roughness_axis(job_) == 0;
+        for (std::size_t i = 0; i < replicates.place_count(); ++i) {
+            const auto texel = static_cast<float>(value(i));
+            if (!pass.what.averaged) {
+                plane[first + i] = texel;
+            } else if (along_x) {
+                for (std::size_t y = 0; y < table.height; ++y) plane[y * table.width + first + i] = texel;
+            } else {
+                std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>((first + i) * table.width), table.width, texel);
+            }
         }
     }
 

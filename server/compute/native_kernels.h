@@ -6,6 +6,7 @@
 
 using real = Register;
 __attribute__((always_inline)) static inline real lane_sqrt(real x) { return register_sqrt(x); }
+__attribute__((always_inline)) static inline real lane_fma(real a, real b, real c) { return register_fma(a, b, c); }
 #undef KILN_AS_BITS
 #undef KILN_AS_REAL
 #undef KILN_STRETCH

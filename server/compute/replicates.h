@@ -17,11 +17,6 @@ struct ErrorSummary {
     double sum_of_squares = 0, max = 0;
     std::uint64_t count = 0;
 
-    void add(double standard_error) {
-        sum_of_squares += standard_error * standard_error;
-        if (standard_error > max) max = standard_error;
-        ++count;
-    }
     void add(const ErrorSummary& other);
     double rms() const;
 };
@@ -57,6 +52,7 @@ class Replicates {
         double inverse_size;          // 1 / points of the replicate
         double weight, weight_after;  // points of the replicate, of all with it
     };
+    void fill_variances(std::size_t quantity, std::size_t begin, std::size_t end, double* out) const;
     template <typename Scalar>
     void add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin, std::size_t end);
 

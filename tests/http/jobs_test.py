@@ -146,6 +146,11 @@ class Jobs(ServiceTest):
         self.assertEqual((put.status, put.headers["Allow"]), (405, "POST, GET, HEAD"))
         text = self.server.request("POST", "/v1/jobs", "{}", {"Content-Type": "text/plain"})
         self.assertEqual((text.status, text.json["code"]), (415, "wrong_type"))
+        # Invalid jobs, so that what is let in answers 422.
+        form = {"Content-Type": "application/x-www-form-urlencoded"}
+        self.assertEqual(self.server.request("POST", "/v1/jobs", "{}", form).status, 422)
+        from_a_page = {**form, "Origin": "http://example.org"}
+        self.assertEqual(self.server.request("POST", "/v1/jobs", "{}", from_a_page).status, 415)
         for wait in ("-1", "61", "x", "nan", "1e400"):
             self.assertEqual(self.server.post(SMALL, "?wait=" + wait).status, 400, wait)
 

@@ -10,6 +10,7 @@ namespace in_double {
 using scalar = double;
 using real = double;
 inline real lane_sqrt(real x) { return std::sqrt(x); }
+inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_DOUBLE 1
 #define KILN_LANES 1
 #include "kernels/lane.h"
@@ -26,6 +27,7 @@ namespace in_float {
 using scalar = float;
 using real = float;
 inline real lane_sqrt(real x) { return std::sqrt(x); }
+inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_AS_BITS(x) std::bit_cast<std::int32_t>(x)
 #define KILN_AS_REAL(x) std::bit_cast<float>(x)
 #define KILN_DOUBLE 0
