@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples a second of every kernel specialisation on both backends: a 64 × 64 table, 1024 samples a texel.
+// Samples a second of every kernel specialisation on both backends: a 64 × 64 table, 1024 samples a
+// texel.
 //
-// The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one sample of
-// one lane group: 2 √ (the cap's sine, the light's Smith length), 1 ÷ (G2/G1), 27 + − × and selections for E;
-// B adds a reciprocal root by Newton steps (15 operations) and 8 for Fresnel. On a core whose 16-lane √ takes
-// 12 cycles, ÷ 10 and + − × half a cycle each, E is bound by the divider (34 cycles for 16 samples), and A, B
-// by it as well as long as the other 50 operations (25 cycles) run beside it.
+// The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one
+// sample of one lane group: 2 √ (the cap's sine, the light's Smith length), 1 ÷ (G2/G1), 27 + − ×
+// and selections for E; B adds a reciprocal root by Newton steps (15 operations) and 8 for Fresnel.
+// On a core whose 16-lane √ takes 12 cycles, ÷ 10 and + − × half a cycle each, E is bound by the
+// divider (34 cycles for 16 samples), and A, B by it as well as long as the other 50 operations (25
+// cycles) run beside it.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -32,15 +34,15 @@ void run(benchmark::State& state, Backend& backend, const Specialisation& what) 
     }
     const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kSamples);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
-    std::vector<Scalar> sums(set.batches.size() * static_cast<std::size_t>(__builtin_popcount(
-                                                      static_cast<unsigned>(what.terms))) *
-                             kStride);
+    std::vector<Scalar> sums(
+        set.batches.size() *
+        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms))) * kStride);
     for (auto _ : state) {
         backend.run(Launch<Scalar>{what, kStride, texels, points, set.batches, sums});
         benchmark::DoNotOptimize(sums.data());
     }
-    state.counters["samples/s"] =
-        benchmark::Counter(static_cast<double>(kStride * kSamples), benchmark::Counter::kIsIterationInvariantRate);
+    state.counters["samples/s"] = benchmark::Counter(static_cast<double>(kStride * kSamples),
+                                                     benchmark::Counter::kIsIterationInvariantRate);
 }
 
 void add(const std::string& name, Backend& backend, const Specialisation& what) {
@@ -76,7 +78,8 @@ int main(int argc, char** argv) {
         add("native/" + to_string(set) + "/one_thread/A_B", *backends.back(), kCases.at("A_B"));
     }
     backends.push_back(make_native_backend(all, usable_instruction_sets().front()));
-    for (const auto& [name, what] : kCases) add("native/all_threads/" + name, *backends.back(), what);
+    for (const auto& [name, what] : kCases)
+        add("native/all_threads/" + name, *backends.back(), what);
     std::unique_ptr<OpenClBackend> opencl;
     try {
         opencl = std::make_unique<OpenClBackend>(*backends.front());

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// measure_recipes PICTURE.png [CMGEN.dds]: the true error of the recipes in examples/ on a 256² split sum,
-// against quadrature, as rows of a Markdown table; and a picture of where the error lies (A, common recipe on
-// the left, recommended one on the right; black 1e-6, white 1e-1, logarithmic). The second file is what
-// `cmgen --ibl-dfg=CMGEN.dds -s 256` wrote; its rows lie one texel high, and it is measured on those.
+// measure_recipes PICTURE.png [CMGEN.dds]: the true error of the recipes in examples/ on a 256²
+// split sum, against quadrature, as rows of a Markdown table; and a picture of where the error lies
+// (A, common recipe on the left, recommended one on the right; black 1e-6, white 1e-1,
+// logarithmic). The second file is what `cmgen --ibl-dfg=CMGEN.dds -s 256` wrote; its rows lie one
+// texel high, and it is measured on those.
 #include <Imath/half.h>
 
 #include <algorithm>
@@ -32,7 +33,8 @@ struct Recipe {
 };
 
 constexpr Recipe kRecipes[] = {
-    {"common: Hammersley, GGX half vectors, 1024", R"("sampler":"hammersley","importance":"ndf","sample_count":1024)"},
+    {"common: Hammersley, GGX half vectors, 1024",
+     R"("sampler":"hammersley","importance":"ndf","sample_count":1024)"},
     {"recommended: scrambled Sobol, visible normals, 1024",
      R"("sampler":"sobol_owen","importance":"vndf","sample_count":1024)"},
     {"the same, 4096", R"("sampler":"sobol_owen","importance":"vndf","sample_count":4096)"},
@@ -40,12 +42,14 @@ constexpr Recipe kRecipes[] = {
 };
 
 JobSpec job_of(const Recipe& recipe) {
-    return parse_job(std::string(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[256,256],)"
-                                 R"("device":"native",)") +
-                     recipe.settings + "}");
+    return parse_job(
+        std::string(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[256,256],)"
+                    R"("device":"native",)") +
+        recipe.settings + "}");
 }
 
-/// Row i of cmgen's table, from the bottom of its image, stands for roughness min((i + 3/2) / n, 1).
+/// Row i of cmgen's table, from the bottom of its image, stands for roughness min((i + 3/2) / n,
+/// 1).
 std::vector<double> exact(reference::Quantity quantity, double row_offset = 0.5) {
     std::vector<double> NoV, alpha;
     for (std::size_t i = 0; i < kSide; ++i) {
@@ -77,8 +81,10 @@ std::vector<std::vector<float>> read_cmgen(const char* path) {
     std::ifstream file(path, std::ios::binary);
     std::vector<half> values(kSide * kSide * kTexel);
     file.seekg(kHeader);
-    file.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(half)));
-    if (!file) throw kiln::Error("cannot_decode", std::string(path) + " is no 256 x 256 RGBA half DDS");
+    file.read(reinterpret_cast<char*>(values.data()),
+              static_cast<std::streamsize>(values.size() * sizeof(half)));
+    if (!file)
+        throw kiln::Error("cannot_decode", std::string(path) + " is no 256 x 256 RGBA half DDS");
     std::vector<std::vector<float>> planes(2, std::vector<float>(kSide * kSide));
     for (std::size_t i = 0; i < kSide * kSide; ++i)
         for (std::size_t c = 0; c < 2; ++c)
@@ -87,10 +93,12 @@ std::vector<std::vector<float>> read_cmgen(const char* path) {
 }
 
 void print_row(const char* name, const Distance& a, const Distance& b, const std::string& rest) {
-    std::printf("| %s | %.1e | %.1e | %.1e | %.1e | %s |\n", name, a.rms, a.max, b.rms, b.max, rest.c_str());
+    std::printf("| %s | %.1e | %.1e | %.1e | %.1e | %s |\n", name, a.rms, a.max, b.rms, b.max,
+                rest.c_str());
 }
 
-void draw(Table& picture, std::size_t column, const std::vector<float>& plane, const std::vector<double>& truth) {
+void draw(Table& picture, std::size_t column, const std::vector<float>& plane,
+          const std::vector<double>& truth) {
     for (std::size_t i = 0; i < plane.size(); ++i) {
         const double off = std::abs(static_cast<double>(plane[i]) - truth[i]);
         const double shade = (std::log10(std::max(off, 1e-12)) + 6) / 5;
@@ -106,28 +114,33 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "usage: measure_recipes PICTURE.png [CMGEN.dds]\n");
         return 2;
     }
-    const std::vector<double> A = exact(reference::Quantity::scale), B = exact(reference::Quantity::bias);
+    const std::vector<double> A = exact(reference::Quantity::scale),
+                              B = exact(reference::Quantity::bias);
     Table picture{2 * kSide, kSide, {"log10_error"}, {std::vector<float>(2 * kSide * kSide)}};
     EngineOptions options;
     options.device = DeviceChoice::native;
     Engine engine(options);
-    std::puts("| recipe, samples a texel | A rms | A max | B rms | B max | reported rms of A | integration |");
+    std::puts(
+        "| recipe, samples a texel | A rms | A max | B rms | B max | reported rms of A | "
+        "integration |");
     std::puts("|---|---|---|---|---|---|---|");
     double first_s = 0;
     for (std::size_t r = 0; r < std::size(kRecipes); ++r) {
         const Outcome outcome = engine.run(job_of(kRecipes[r]), Control{});
-        const Distance a = measure(outcome.table.planes[0], A), b = measure(outcome.table.planes[1], B);
+        const Distance a = measure(outcome.table.planes[0], A),
+                       b = measure(outcome.table.planes[1], B);
         const double seconds = outcome.report.run_time_s.integrate;
         if (r == 0) first_s = seconds;
         std::array<char, 64> rest{};
-        std::snprintf(rest.data(), rest.size(), "%.1e | %.1f x", outcome.report.error[0].standard_error_rms.value_or(0),
-                      seconds / first_s);
+        std::snprintf(rest.data(), rest.size(), "%.1e | %.1f x",
+                      outcome.report.error[0].standard_error_rms.value_or(0), seconds / first_s);
         print_row(kRecipes[r].name, a, b, rest.data());
         if (r < 2) draw(picture, r, outcome.table.planes[0], A);
     }
     if (argc == 3) {
         const auto planes = read_cmgen(argv[2]);
-        print_row("cmgen: 1024 Hammersley points, not randomised", measure(planes[0], exact(reference::Quantity::scale, 1.5)),
+        print_row("cmgen: 1024 Hammersley points, not randomised",
+                  measure(planes[0], exact(reference::Quantity::scale, 1.5)),
                   measure(planes[1], exact(reference::Quantity::bias, 1.5)), "- | -");
     }
     const Encoded png = encode(picture, ImageFormat::png, PixelType::uint8, {});

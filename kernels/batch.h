@@ -1,34 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sum of one batch: a run of points at one lane group of texels, always in the order of the points,
-// in working precision. The host keeps batches short (kBatchPointsMax) and adds them in double.
+// The sum of one batch: a run of points at one lane group of texels, always in the order of the
+// points, in working precision. The host keeps batches short (kBatchPointsMax) and adds them in
+// double.
 
 // Four scalars a point: three for the sampler of half vectors (ggx.h), and NoV for averages.
 #define KILN_POINT_SCALARS 4
 
-// Points in flight: each stage runs over a stretch of points before the next one starts, so that the
-// dependent √ … √ … ÷ of one point never fill the scheduler of a CPU while the divider waits.
+// Points in flight: each stage runs over a stretch of points before the next one starts, so that
+// the dependent √ … √ … ÷ of one point never fill the scheduler of a CPU while the divider waits.
 #ifndef KILN_STRETCH
 #define KILN_STRETCH 8
 #endif
 
-KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, real NoV, real alpha,
+// `texel` is the view that stays the same over batches; an average takes its own from every point.
+KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const View texel,
                               KILN_GLOBAL const scalar* points, const unsigned int point_count) {
     Terms sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     View view[KILN_STRETCH];
     HalfVector h[KILN_STRETCH];
     Light light[KILN_STRETCH];
-    view[0] = ggx_view(NoV, alpha);
+    view[0] = texel;
     for (unsigned int first = 0; first < point_count; first += KILN_STRETCH) {
         const unsigned int left = point_count - first;
         const unsigned int count = left < KILN_STRETCH ? left : KILN_STRETCH;
         KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * first;
         if (averaged)  // E_avg = ∫ E(√u) du: the view is part of the sample
-            for (unsigned int i = 0; i < count; ++i) view[i] = ggx_view(lanes(point[4 * i + 3]), alpha);
+            for (unsigned int i = 0; i < count; ++i)
+                view[i] = ggx_view(lanes(point[4 * i + 3]), texel.alpha);
         for (unsigned int i = 0; i < count; ++i)
-            h[i] = sample_half_vector(what, view[averaged ? i : 0], point[4 * i], point[4 * i + 1], point[4 * i + 2]);
-        for (unsigned int i = 0; i < count; ++i) light[i] = ggx_mirror(view[averaged ? i : 0], h[i]);
+            h[i] = sample_half_vector(what, view[averaged ? i : 0], point[4 * i], point[4 * i + 1],
+                                      point[4 * i + 2]);
+        for (unsigned int i = 0; i < count; ++i)
+            light[i] = ggx_mirror(view[averaged ? i : 0], h[i]);
         for (unsigned int i = 0; i < count; ++i) {
-            const Terms terms = weigh(what, view[averaged ? i : 0], h[i], light[i], point[4 * i + 2]);
+            const Terms terms =
+                weigh(what, view[averaged ? i : 0], h[i], light[i], point[4 * i + 2]);
             sum.weight += terms.weight;
             sum.fresnel += terms.fresnel;
             sum.deficit += terms.deficit;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling the GGX distribution (Walter et al. 2007, eq. 33). D itself never appears: it cancels in both
-// estimators, which keeps α → 0 finite.
+// Sampling the GGX distribution (Walter et al. 2007, eq. 33). D itself never appears: it cancels in
+// both estimators, which keeps α → 0 finite.
 //
-// The view lies in the plane y = 0. By symmetry an azimuth enters through its cosine alone, and the host
-// hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised. S is the length of
-// the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
+// The view lies in the plane y = 0. By symmetry an azimuth enters through its cosine alone, and the
+// host hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised. S is
+// the length of the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
 
 typedef struct {
     real S;
-    real vx, vz;          // stretched view, unit; vz = NoV / S
+    real vx, vz;  // stretched view, unit; vz = NoV / S
     real one_minus_vz;
     real alpha;
     real one_minus_alpha2;  // 1 − α²
@@ -27,7 +27,8 @@ typedef struct {
     real S;
 } Light;
 
-// α = 0 at NoV = 0 has no stretched direction: vz = 1 gives the limit of the mirror, E = 1 and B = 1.
+// α = 0 at NoV = 0 has no stretched direction: vz = 1 gives the limit of the mirror, E = 1 and B
+// = 1.
 KILN_FUNCTION View ggx_view(real NoV, real alpha) {
     const real slope = alpha * lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV));
     const real S = lane_sqrt(NoV * NoV + slope * slope);
@@ -45,7 +46,8 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 
 // Visible normals by spherical caps (Dupuy, Benyoub 2023, listing 3): a direction c with
 // c.z = (1 − u)(1 + vz) − vz, and h = c + v before it is stretched back. |c| = |v| = 1 gives
-// V·h / S = v·h and |h.xy|² = 2 v·h − h.z². The point is (cos φ, 1 − u, u): 1 ± c.z without cancellation.
+// V·h / S = v·h and |h.xy|² = 2 v·h − h.z². The point is (cos φ, 1 − u, u): 1 ± c.z without
+// cancellation.
 KILN_FUNCTION HalfVector ggx_sample_vndf(View view, scalar cos_phi, scalar one_minus_u, scalar u) {
     const real cap = K(1.0) + view.vz;
     const real hz = one_minus_u * cap;
@@ -58,8 +60,8 @@ KILN_FUNCTION HalfVector ggx_sample_vndf(View view, scalar cos_phi, scalar one_m
     return h;
 }
 
-// All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ, √(1 − u)).
-// The point is (√u cos φ, √(1 − u), 1 / √(1 − u)).
+// All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ,
+// √(1 − u)). The point is (√u cos φ, √(1 − u), 1 / √(1 − u)).
 KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
     HalfVector h;
     h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(x), (K(2.0) * view.vz) * z);
@@ -68,8 +70,8 @@ KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
     return h;
 }
 
-// The density of visible normals over that of all normals, G1(V) (V·h)⁺ / (NoV NoH). Its mean over all
-// normals is 1. inverse_NoH comes with the point of ggx_sample_ndf.
+// The density of visible normals over that of all normals, G1(V) (V·h)⁺ / (NoV NoH). Its mean over
+// all normals is 1. inverse_NoH comes with the point of ggx_sample_ndf.
 KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, scalar inverse_NoH) {
     return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH / (K(1.0) + view.vz), lanes(K(0.0)));
 }

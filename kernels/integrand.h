@@ -18,17 +18,20 @@ typedef struct {
 } Terms;
 
 // A sample is worked in three stages, so that batch.h can run each over many points.
-KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, scalar a, scalar b, scalar c) {
+KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, scalar a, scalar b,
+                                            scalar c) {
     if (what.importance == KILN_IMPORTANCE_NDF) return ggx_sample_ndf(view, a, b);
     return ggx_sample_vndf(view, a, b, c);
 }
 
-// Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the densities.
-// A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays in the divisor.
-// Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no finite variance.
+// Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the
+// densities. A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays
+// in the divisor. Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no
+// finite variance.
 KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, scalar c) {
     const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
-    Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)), lanes(K(0.0))};
+    Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
+                   lanes(K(0.0))};
     if ((what.terms & KILN_TERM_DEFICIT) && what.importance == KILN_IMPORTANCE_VNDF) {
         const real excess = ggx_excess(view, h, light);
         const real lacking = smith_deficit(what.masking, view.vz, light.NoL, light.S, excess);

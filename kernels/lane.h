@@ -3,10 +3,11 @@
 // folder is C that both languages read. Meant to be included again under other settings (no guard):
 //   KILN_DOUBLE  0 | 1    precision of scalar and real
 //   KILN_LANES   1 | 2 …  lanes of a real: one on GPUs, a SIMD register or more on CPUs
-// Two kinds of value: `scalar` is uniform, `real` is one value a lane. A real is never tested by `if`;
-// lane_select(condition, a, b) is its choice. Only + − × ÷ √ and lane_fma, all correctly rounded, reach a
-// real, and contraction is off: which products are fused stands in the text, so that every CPU gives the same
-// bits. (A CPU without the instruction, x86-64-v2 and older, computes lane_fma in software, slowly.)
+// Two kinds of value: `scalar` is uniform, `real` is one value a lane. A real is never tested by
+// `if`; lane_select(condition, a, b) is its choice. Only + − × ÷ √ and lane_fma, all correctly
+// rounded, reach a real, and contraction is off: which products are fused stands in the text, so
+// that every CPU gives the same bits. (A CPU without the instruction, x86-64-v2 and older, computes
+// lane_fma in software, slowly.)
 
 #ifdef __OPENCL_C_VERSION__
 
@@ -40,7 +41,8 @@ KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
 #define KILN_AS_REAL(x) KILN_JOIN(as_float, KILN_LANES)(x)
 #endif
 
-#else  // C++: whoever includes this has defined scalar, real, lane_sqrt, lane_fma and the casts of bits
+#else  // C++: whoever includes this has defined scalar, real, lane_sqrt, lane_fma and the casts of
+       // bits
 
 #define KILN_FUNCTION __attribute__((always_inline)) static inline
 #define KILN_GLOBAL
@@ -61,17 +63,17 @@ KILN_FUNCTION real lanes(scalar x) { return real{} + x; }
 #define K(literal) literal##f
 #endif
 
-
-// 1/√x for normal x > 0, to 8e-7 relative (float); on every device the same bits, as √ and ÷ would give, but
-// on the multipliers, which are idle while the divider serves the √ and ÷ beside it. First guess and step by
-// J. Kadlec (2010), 6.5e-4; then one step of Newton's.
+// 1/√x for normal x > 0, to 8e-7 relative (float); on every device the same bits, as √ and ÷ would
+// give, but on the multipliers, which are idle while the divider serves the √ and ÷ beside it.
+// First guess and step by J. Kadlec (2010), 6.5e-4; then one step of Newton's.
 KILN_FUNCTION real lane_rsqrt(real x) {
 #if KILN_DOUBLE
     return K(1.0) / lane_sqrt(x);
 #else
     const real half_x = K(0.5) * x;
     real y = KILN_AS_REAL(0x5F1FFFF9 - (KILN_AS_BITS(x) >> 1));
-    y = y * lane_fma(lanes(K(0.703952253) * K(-2.0)), half_x * y * y, lanes(K(0.703952253) * K(2.38924456)));
+    y = y * lane_fma(lanes(K(0.703952253) * K(-2.0)), half_x * y * y,
+                     lanes(K(0.703952253) * K(2.38924456)));
     return y * lane_fma(-(half_x * y), y, lanes(K(1.5)));
 #endif
 }

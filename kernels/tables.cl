@@ -14,11 +14,10 @@ __kernel void tables(__global const scalar* texels, __global const scalar* point
     const size_t group = get_global_id(0);
     const size_t lane_groups = texel_stride / KILN_LANES;
     __global const real* lane_texels = (__global const real*)texels;
-    const real NoV = lane_texels[group];
-    const real alpha = lane_texels[lane_groups + group];
+    const View view = ggx_view(lane_texels[group], lane_texels[lane_groups + group]);
     __global real* out = (__global real*)sums + group;
     for (uint b = 0; b < batch_count; ++b) {
-        const Terms sum = batch_sum(what, KILN_AVERAGED, NoV, alpha,
+        const Terms sum = batch_sum(what, KILN_AVERAGED, view,
                                     points + (size_t)KILN_POINT_SCALARS * batches[2 * b], batches[2 * b + 1]);
         if (KILN_TERMS & KILN_TERM_WEIGHT) { *out = sum.weight; out += lane_groups; }
         if (KILN_TERMS & KILN_TERM_FRESNEL) { *out = sum.fresnel; out += lane_groups; }

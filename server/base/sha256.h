@@ -28,7 +28,8 @@ class Sha256 {
 /// 64 lower-case hex digits of SHA-256(bytes).
 std::string sha256_hex(std::string_view bytes);
 
-/// True for exactly 64 lower-case hex digits: the only form in which an id may reach a path or a query.
+/// True for exactly 64 lower-case hex digits: the only form in which an id may reach a path or a
+/// query.
 bool is_sha256_hex(std::string_view text);
 
 }  // namespace kiln

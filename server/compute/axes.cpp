@@ -10,7 +10,8 @@ double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
     double t = axis.grid == Grid::center ? (i + 0.5) / n : (count > 1 ? i / (n - 1) : 0.0);
     if (axis.flip) t = 1 - t;
     switch (axis.mapping) {
-        case Mapping::linear: return axis.lo + (axis.hi - axis.lo) * t;
+        case Mapping::linear:
+            return axis.lo + (axis.hi - axis.lo) * t;
         case Mapping::sqrt: {
             const double root = std::sqrt(axis.lo) + (std::sqrt(axis.hi) - std::sqrt(axis.lo)) * t;
             return root * root;

@@ -8,8 +8,9 @@
 
 namespace kiln {
 
-/// Where texel `index` of `count` lies on an axis: the parameter's value. Centres lie at (i + ½) / n of
-/// the axis, nodes at i / (n − 1) (a single node at 0). The one place that knows grid, mapping and flip.
+/// Where texel `index` of `count` lies on an axis: the parameter's value. Centres lie at (i + ½) /
+/// n of the axis, nodes at i / (n − 1) (a single node at 0). The one place that knows grid, mapping
+/// and flip.
 double axis_value(const Axis& axis, std::int64_t index, std::int64_t count);
 
 /// alpha = roughness². The one place that knows the mapping.
@@ -18,8 +19,8 @@ inline double alpha_from_roughness(double roughness) { return roughness * roughn
 /// Index of the axis that carries roughness or alpha.
 std::size_t roughness_axis(const JobSpec& job);
 
-/// The places that one pass over a job integrates: every texel, row-major, or (averaged) one place for each
-/// position of the roughness axis, at which NoV is 0 and unused.
+/// The places that one pass over a job integrates: every texel, row-major, or (averaged) one place
+/// for each position of the roughness axis, at which NoV is 0 and unused.
 class Places {
   public:
     static Places directional(const JobSpec& job);

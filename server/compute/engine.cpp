@@ -29,10 +29,13 @@ struct Engine::State {
     ThreadPool pool;
     InstructionSet instruction_set = usable_instruction_sets().front();
     std::unique_ptr<Backend> native;
-    std::unique_ptr<OpenClPrograms> programs;  // made on first use: a job for native never touches OpenCL
+    std::unique_ptr<OpenClPrograms>
+        programs;  // made on first use: a job for native never touches OpenCL
 
     explicit State(EngineOptions given)
-        : options(std::move(given)), pool(options.thread_count), native(make_native_backend(pool, instruction_set)) {}
+        : options(std::move(given)),
+          pool(options.thread_count),
+          native(make_native_backend(pool, instruction_set)) {}
 
     OpenClPrograms& opencl() {
         if (!programs) programs = std::make_unique<OpenClPrograms>();
@@ -41,14 +44,17 @@ struct Engine::State {
 
     DeviceChoice wanted(const JobSpec& job) const {
         if (job.device == DeviceChoice::opencl && options.device == DeviceChoice::native)
-            throw Error("device_unavailable", "this service runs on the native backend alone; ask for \"auto\" or \"native\"");
+            throw Error(
+                "device_unavailable",
+                "this service runs on the native backend alone; ask for \"auto\" or \"native\"");
         return job.device == DeviceChoice::automatic ? options.device : job.device;
     }
 
     Choice choose(const JobSpec& job, const Plan& plan, const Control& control) {
         const DeviceChoice device = wanted(job);
         if (device == DeviceChoice::native) return {};
-        if (!options.opencl_disabled_reason.empty()) return refuse(device, options.opencl_disabled_reason);
+        if (!options.opencl_disabled_reason.empty())
+            return refuse(device, options.opencl_disabled_reason);
         const auto start = Clock::now();
         for (const Pass& pass : plan.passes) opencl().request(pass.what);
         const auto keep_waiting = [&] {
@@ -59,7 +65,8 @@ struct Engine::State {
         Choice choice;
         for (const Pass& pass : plan.passes) {
             const bool patient = device == DeviceChoice::opencl || options.opencl_wait.count() > 0;
-            const auto answer = patient ? opencl().wait(pass.what, keep_waiting) : opencl().look(pass.what);
+            const auto answer =
+                patient ? opencl().wait(pass.what, keep_waiting) : opencl().look(pass.what);
             if (!answer.backend) return refuse(device, answer.reason);
             choice.opencl = answer.backend;
         }
@@ -73,18 +80,22 @@ struct Engine::State {
         return {nullptr, reason, 0};
     }
 
-    Outcome run_on_opencl(const JobSpec& job, const Plan& plan, const Control& control, OpenClBackend& backend) {
-        Outcome outcome = integrate(job, plan, backend, pool, control, options.standard_error_planes);
+    Outcome run_on_opencl(const JobSpec& job, const Plan& plan, const Control& control,
+                          OpenClBackend& backend) {
+        Outcome outcome =
+            integrate(job, plan, backend, pool, control, options.standard_error_planes);
         std::string numerics = kStrictNumerics;
         for (const Pass& pass : plan.passes)
-            if (backend.numerics(pass.what) != kStrictNumerics) numerics = backend.numerics(pass.what);
+            if (backend.numerics(pass.what) != kStrictNumerics)
+                numerics = backend.numerics(pass.what);
         outcome.report.device = {"opencl", backend.name(), numerics, {}};
         return outcome;
     }
 
     Outcome run_on_native(const JobSpec& job, const Plan& plan, const Control& control,
                           const std::optional<std::string>& fallback) {
-        Outcome outcome = integrate(job, plan, *native, pool, control, options.standard_error_planes);
+        Outcome outcome =
+            integrate(job, plan, *native, pool, control, options.standard_error_planes);
         outcome.report.device = {"native", native_name(), kStrictNumerics, fallback};
         return outcome;
     }
@@ -98,7 +109,9 @@ Engine::Engine(EngineOptions options) : state_(std::make_unique<State>(std::move
 Engine::~Engine() = default;
 
 void Engine::warm_up() {
-    if (state_->options.device == DeviceChoice::native || !state_->options.opencl_disabled_reason.empty()) return;
+    if (state_->options.device == DeviceChoice::native ||
+        !state_->options.opencl_disabled_reason.empty())
+        return;
     JobSpec common;
     common.quantities = {Quantity::split_sum_scale, Quantity::split_sum_bias};
     common.resolution = {1, 1};
@@ -120,7 +133,8 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
             choice = State::refuse(state_->wanted(job), error.what());
         }
     }
-    if (outcome.table.planes.empty()) outcome = state_->run_on_native(job, plan, control, choice.fallback);
+    if (outcome.table.planes.empty())
+        outcome = state_->run_on_native(job, plan, control, choice.fallback);
     outcome.report.left_out = plan.left_out;
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;
@@ -128,11 +142,14 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
 
 std::vector<DeviceInfo> Engine::devices() {
     std::vector<DeviceInfo> infos;
-    infos.push_back({"native", state_->native_name(), "", "", kStrictNumerics, state_->pool.size(), true, ""});
+    infos.push_back(
+        {"native", state_->native_name(), "", "", kStrictNumerics, state_->pool.size(), true, ""});
     // A driver that crashed its process is not asked again while OpenCL is switched off.
-    if (state_->options.device == DeviceChoice::native || !state_->options.opencl_disabled_reason.empty()) {
+    if (state_->options.device == DeviceChoice::native ||
+        !state_->options.opencl_disabled_reason.empty()) {
         const std::string& reason = state_->options.opencl_disabled_reason;
-        infos.push_back({"opencl", "none", "", "", "", 0, false, reason.empty() ? "jobs run on native alone" : reason});
+        infos.push_back({"opencl", "none", "", "", "", 0, false,
+                         reason.empty() ? "jobs run on native alone" : reason});
         return infos;
     }
     try {

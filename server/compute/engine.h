@@ -18,8 +18,8 @@ struct Progress {
     std::optional<double> standard_error_max;  ///< so far, where at least two replicates exist
 };
 
-/// How a running job talks to whoever started it. Both are called from the thread that called run(),
-/// at least every 0.2 s while it works.
+/// How a running job talks to whoever started it. Both are called from the thread that called
+/// run(), at least every 0.2 s while it works.
 struct Control {
     std::function<void(const Progress&)> progress = [](const Progress&) {};
     std::function<bool()> cancelled = [] { return false; };
@@ -27,9 +27,11 @@ struct Control {
 
 struct EngineOptions {
     DeviceChoice device = DeviceChoice::automatic;  ///< upper bound on what a job may ask for
-    /// How long an "auto" job waits for an OpenCL program that is still being built before native takes it.
+    /// How long an "auto" job waits for an OpenCL program that is still being built before native
+    /// takes it.
     std::chrono::milliseconds opencl_wait{0};
-    /// Not empty: OpenCL is not touched, and reports give this reason (the supervisor's circuit breaker).
+    /// Not empty: OpenCL is not touched, and reports give this reason (the supervisor's circuit
+    /// breaker).
     std::string opencl_disabled_reason;
     unsigned thread_count = 0;  ///< of the native backend; 0 = every core this process may use
     bool standard_error_planes = false;  ///< fill Outcome::standard_errors
@@ -45,7 +47,8 @@ struct DeviceInfo {
 struct Outcome {
     Table table;
     std::vector<std::vector<float>> standard_errors;  ///< as Table::planes; only on demand
-    Report report;  ///< run_time_s.queued and .encode, quantisation_max and job are the caller's to fill in
+    Report report;  ///< run_time_s.queued and .encode, quantisation_max and job are the caller's to
+                    ///< fill in
 };
 
 /// Integrates jobs. One job at a time; run() may be called from any one thread at a time.

@@ -17,14 +17,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Places that are integrated to the end before the next block starts: bounds memory, and keeps sums in cache.
+/// Places that are integrated to the end before the next block starts: bounds memory, and keeps
+/// sums in cache.
 constexpr std::size_t kBlockPlaces = 65536;
 
-/// Samples a device call may take: milliseconds, so that cancelling and progress are prompt, and the sums that
-/// it hands over are still in cache when they are added up.
+/// Samples a device call may take: milliseconds, so that cancelling and progress are prompt, and
+/// the sums that it hands over are still in cache when they are added up.
 constexpr std::uint64_t kLaunchSamples = 1u << 23;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// The error so far at one sample count, over all blocks and passes.
 struct TraceLevel {
@@ -35,15 +38,21 @@ struct TraceLevel {
 /// One job's way through passes, blocks and launches.
 class Integration {
   public:
-    Integration(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool, const Control& control,
-                bool standard_error_planes)
-        : job_(job), plan_(plan), backend_(backend), pool_(pool), control_(control),
+    Integration(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool,
+                const Control& control, bool standard_error_planes)
+        : job_(job),
+          plan_(plan),
+          backend_(backend),
+          pool_(pool),
+          control_(control),
           points_(make_points(job.sampler, job.importance, job.seed, job.sample_count)) {
-        for (const Pass& pass : plan.passes) samples_planned_ += pass.places.count() * samples_a_place();
+        for (const Pass& pass : plan.passes)
+            samples_planned_ += pass.places.count() * samples_a_place();
         Table& table = outcome_.table;
         table.width = static_cast<std::size_t>(job.resolution[0]);
         table.height = job.resolution.size() > 1 ? static_cast<std::size_t>(job.resolution[1]) : 1;
-        for (const Quantity quantity : job.quantities) table.channels.emplace_back(to_word(quantity));
+        for (const Quantity quantity : job.quantities)
+            table.channels.emplace_back(to_word(quantity));
         const std::vector<float> plane(table.width * table.height);
         table.planes.assign(job.quantities.size(), plane);
         if (standard_error_planes) outcome_.standard_errors.assign(job.quantities.size(), plane);
@@ -66,7 +75,8 @@ class Integration {
 
     template <typename Scalar>
     void run_pass(const Pass& pass) {
-        const std::size_t block = std::min(kBlockPlaces, (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
+        const std::size_t block =
+            std::min(kBlockPlaces, (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
         std::vector<std::array<double, kTermCount>> coefficients;
         for (const std::size_t channel : pass.channels)
             coefficients.push_back(quantity_row(job_.quantities[channel]).coefficients);
@@ -78,7 +88,8 @@ class Integration {
             std::vector<double> deficits(count);
             pool_.parallel_for(block / kLanesMax, [&](std::size_t group) {
                 for (std::size_t i = group * kLanesMax; i < (group + 1) * kLanesMax; ++i) {
-                    const std::size_t place = first + std::min(i, count - 1);  // lanes past the end repeat the last
+                    const std::size_t place =
+                        first + std::min(i, count - 1);  // lanes past the end repeat the last
                     const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
                     texels[i] = static_cast<Scalar>(NoV);
                     texels[block + i] = static_cast<Scalar>(alpha);
@@ -93,9 +104,11 @@ class Integration {
     }
 
     template <typename Scalar>
-    void run_block(const Pass& pass, Replicates& replicates, std::size_t stride, const std::vector<Scalar>& texels,
-                   const std::vector<Scalar>& points, std::vector<Scalar>& sums) {
-        const std::size_t planes = static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(pass.what.terms)));
+    void run_block(const Pass& pass, Replicates& replicates, std::size_t stride,
+                   const std::vector<Scalar>& texels, const std::vector<Scalar>& points,
+                   std::vector<Scalar>& sums) {
+        const std::size_t planes =
+            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(pass.what.terms)));
         auto started = Clock::now();
         double elapsed = 0;
         for (std::size_t first = 0; first < points_.batches.size();) {
@@ -108,12 +121,15 @@ class Integration {
             first += count;
             elapsed += seconds_since(started);
             std::optional<double> error_max;
-            if (is_trace_level(replicates, first)) error_max = add_trace(replicates, elapsed, pass.channels.size());
-            report_progress(count_samples(first - count, count) * replicates.place_count(), error_max);
+            if (is_trace_level(replicates, first))
+                error_max = add_trace(replicates, elapsed, pass.channels.size());
+            report_progress(count_samples(first - count, count) * replicates.place_count(),
+                            error_max);
             started = Clock::now();
         }
         if (const std::uint64_t bad = replicates.non_finite(); bad != 0)
-            throw Error("non_finite", std::to_string(bad) + " values of the table are not finite numbers");
+            throw Error("non_finite",
+                        std::to_string(bad) + " values of the table are not finite numbers");
         outcome_.report.run_time_s.integrate += elapsed;
     }
 
@@ -124,7 +140,8 @@ class Integration {
         while (level <= replicate) level *= 2;
         std::size_t count = 0;
         std::uint64_t samples = 0;
-        for (std::size_t b = first; b < points_.batches.size() && points_.replicate_of_batch[b] < level; ++b, ++count) {
+        for (std::size_t b = first;
+             b < points_.batches.size() && points_.replicate_of_batch[b] < level; ++b, ++count) {
             samples += points_.batches[b].point_count * stride;
             if (count > 0 && samples > kLaunchSamples) break;
         }
@@ -133,7 +150,8 @@ class Integration {
 
     std::uint64_t count_samples(std::size_t first, std::size_t count) const {
         std::uint64_t samples = 0;
-        for (std::size_t b = first; b < first + count; ++b) samples += points_.batches[b].point_count;
+        for (std::size_t b = first; b < first + count; ++b)
+            samples += points_.batches[b].point_count;
         return samples;
     }
 
@@ -141,7 +159,8 @@ class Integration {
     bool is_trace_level(const Replicates& replicates, std::size_t batches_done) const {
         const std::size_t n = replicates.completed();
         const bool half_done = points_.replicate_of_batch[batches_done - 1] == n;
-        return !half_done && (n == points_.replicate_sizes.size() || (n >= 2 && (n & (n - 1)) == 0));
+        return !half_done &&
+               (n == points_.replicate_sizes.size() || (n >= 2 && (n & (n - 1)) == 0));
     }
 
     double add_trace(const Replicates& replicates, double elapsed, std::size_t quantity_count) {
@@ -156,7 +175,9 @@ class Integration {
     void report_progress(std::uint64_t samples, std::optional<double> error_max) {
         samples_done_ += samples;
         if (error_max && points_.replicate_sizes.size() > 1) error_so_far_ = error_max;
-        control_.progress({static_cast<double>(samples_done_) / static_cast<double>(samples_planned_), error_so_far_});
+        control_.progress(
+            {static_cast<double>(samples_done_) / static_cast<double>(samples_planned_),
+             error_so_far_});
         if (control_.cancelled()) throw Cancelled();
     }
 
@@ -173,14 +194,16 @@ class Integration {
         Work& work = outcome_.report.work;
         const std::uint64_t samples = replicates.place_count() * samples_a_place();
         work.brdf_evaluations += samples;
-        if (pass.what.terms & terms_of(Quantity::split_sum_bias)) work.fresnel_evaluations += samples;
-        if (pass.what.terms & terms_of(Quantity::multiscatter_albedo)) work.multiscatter_evaluations += samples;
+        if (pass.what.terms & terms_of(Quantity::split_sum_bias))
+            work.fresnel_evaluations += samples;
+        if (pass.what.terms & terms_of(Quantity::multiscatter_albedo))
+            work.multiscatter_evaluations += samples;
     }
 
     /// A block's values into a plane; an averaged place fills its whole line of the table.
     template <typename Value>
-    void store(const Pass& pass, std::vector<float>& plane, std::size_t first, const Replicates& replicates,
-               Value value) const {
+    void store(const Pass& pass, std::vector<float>& plane, std::size_t first,
+               const Replicates& replicates, Value value) const {
         const Table& table = outcome_.table;
         const bool along_x = pass.what.averaged && roughness_axis(job_) == 0;
         for (std::size_t i = 0; i < replicates.place_count(); ++i) {
@@ -188,9 +211,11 @@ class Integration {
             if (!pass.what.averaged) {
                 plane[first + i] = texel;
             } else if (along_x) {
-                for (std::size_t y = 0; y < table.height; ++y) plane[y * table.width + first + i] = texel;
+                for (std::size_t y = 0; y < table.height; ++y)
+                    plane[y * table.width + first + i] = texel;
             } else {
-                std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>((first + i) * table.width), table.width, texel);
+                std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>((first + i) * table.width),
+                            table.width, texel);
             }
         }
     }
@@ -202,7 +227,8 @@ class Integration {
         report.replicates = static_cast<std::int64_t>(points_.replicate_sizes.size());
         const bool known = report.replicates > 1;
         if (!known)
-            report.warnings.push_back("one sample a texel leaves no replicates to compare: no error can be estimated");
+            report.warnings.push_back(
+                "one sample a texel leaves no replicates to compare: no error can be estimated");
         for (std::size_t channel = 0; channel < channel_errors_.size(); ++channel) {
             ChannelError error{outcome_.table.channels[channel], {}, {}, {}, {}, {}, {}};
             if (known) {
@@ -236,8 +262,8 @@ class Integration {
 
 }  // namespace
 
-Outcome integrate(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool, const Control& control,
-                  bool standard_error_planes) {
+Outcome integrate(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool,
+                  const Control& control, bool standard_error_planes) {
     return Integration(job, plan, backend, pool, control, standard_error_planes).run();
 }
 

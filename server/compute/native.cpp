@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/native.h"
 
+#include <algorithm>
+
 #include "server/base/error.h"
 
 namespace kiln {
 
 namespace {
 
+/// Texels that a thread takes at a time: enough that taking them costs nothing, few enough to share
+/// out evenly.
+constexpr std::size_t kTexelsATask = 16 * kLanesMax;
+
 const NativeKernels& kernels_of(InstructionSet set) {
     switch (set) {
-        case InstructionSet::v4: return kNativeV4;
-        case InstructionSet::v3: return kNativeV3;
-        case InstructionSet::v2: return kNativeV2;
+        case InstructionSet::v4:
+            return kNativeV4;
+        case InstructionSet::v3:
+            return kNativeV3;
+        case InstructionSet::v2:
+            return kNativeV2;
     }
     __builtin_unreachable();
 }
@@ -31,14 +40,19 @@ class NativeBackend : public Backend {
     template <typename Scalar, typename Find>
     void run_groups(const Launch<Scalar>& launch, std::size_t lanes, Find find) {
         const Specialisation& what = launch.what;
-        const NativeFunction<Scalar> function = find(static_cast<int>(what.masking), static_cast<int>(what.importance),
-                                                     what.terms, what.averaged ? 1 : 0);
-        pool_.parallel_for(launch.texel_stride / lanes, [&](std::size_t group) {
-            const std::size_t first = group * lanes;
-            function({launch.texels.data() + first, launch.texels.data() + launch.texel_stride + first,
-                      launch.points.data(), launch.batches.data(), static_cast<unsigned>(launch.batches.size()),
-                      launch.texel_stride, launch.sums.data() + first});
-        });
+        const NativeFunction<Scalar> function =
+            find(static_cast<int>(what.masking), static_cast<int>(what.importance), what.terms,
+                 what.averaged ? 1 : 0);
+        pool_.parallel_for(
+            (launch.texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
+                const std::size_t end = std::min((task + 1) * kTexelsATask, launch.texel_stride);
+                for (std::size_t first = task * kTexelsATask; first < end; first += lanes)
+                    function({launch.texels.data() + first,
+                              launch.texels.data() + launch.texel_stride + first,
+                              launch.points.data(), launch.batches.data(),
+                              static_cast<unsigned>(launch.batches.size()), launch.texel_stride,
+                              launch.sums.data() + first});
+            });
     }
 
     ThreadPool& pool_;
@@ -52,15 +66,19 @@ std::vector<InstructionSet> usable_instruction_sets() {
     if (__builtin_cpu_supports("x86-64-v4")) sets.push_back(InstructionSet::v4);
     if (__builtin_cpu_supports("x86-64-v3")) sets.push_back(InstructionSet::v3);
     if (__builtin_cpu_supports("x86-64-v2")) sets.push_back(InstructionSet::v2);
-    if (sets.empty()) throw Error("device_unavailable", "the native backend needs an x86-64-v2 CPU (SSE4.2)");
+    if (sets.empty())
+        throw Error("device_unavailable", "the native backend needs an x86-64-v2 CPU (SSE4.2)");
     return sets;
 }
 
 std::string to_string(InstructionSet set) {
     switch (set) {
-        case InstructionSet::v4: return "x86-64-v4";
-        case InstructionSet::v3: return "x86-64-v3";
-        case InstructionSet::v2: return "x86-64-v2";
+        case InstructionSet::v4:
+            return "x86-64-v4";
+        case InstructionSet::v3:
+            return "x86-64-v3";
+        case InstructionSet::v2:
+            return "x86-64-v2";
     }
     __builtin_unreachable();
 }

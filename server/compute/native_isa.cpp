@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled once an instruction set, with -march=x86-64-vN, KILN_ISA = kNativeVN and KILN_REGISTER_BYTES.
-// GCC's vector types carry the lanes; only √ and the fused product need an intrinsic.
+// Compiled once an instruction set, with -march=x86-64-vN, KILN_ISA = kNativeVN and
+// KILN_REGISTER_BYTES. GCC's vector types carry the lanes; only √ and the fused product need an
+// intrinsic.
 #include <immintrin.h>
 
 #include "server/compute/native_group.h"
@@ -9,17 +10,30 @@ namespace kiln {
 namespace {
 
 #if KILN_REGISTER_BYTES == 64
-__attribute__((always_inline)) inline __m512 root(__m512 x) { return _mm512_sqrt_ps(x); }
-__attribute__((always_inline)) inline __m512 fused(__m512 a, __m512 b, __m512 c) { return _mm512_fmadd_ps(a, b, c); }
-__attribute__((always_inline)) inline __m512d root(__m512d x) { return _mm512_sqrt_pd(x); }
-__attribute__((always_inline)) inline __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
+// The unmasked forms read a value that GCC 12's header leaves undefined, and warn.
+__attribute__((always_inline)) inline __m512 root(__m512 x) {
+    return _mm512_maskz_sqrt_ps(0xFFFF, x);
+}
+__attribute__((always_inline)) inline __m512 fused(__m512 a, __m512 b, __m512 c) {
+    return _mm512_fmadd_ps(a, b, c);
+}
+__attribute__((always_inline)) inline __m512d root(__m512d x) {
+    return _mm512_maskz_sqrt_pd(0xFF, x);
+}
+__attribute__((always_inline)) inline __m512d fused(__m512d a, __m512d b, __m512d c) {
+    return _mm512_fmadd_pd(a, b, c);
+}
 using FloatRegister = __m512;
 using DoubleRegister = __m512d;
 #elif KILN_REGISTER_BYTES == 32
 __attribute__((always_inline)) inline __m256 root(__m256 x) { return _mm256_sqrt_ps(x); }
-__attribute__((always_inline)) inline __m256 fused(__m256 a, __m256 b, __m256 c) { return _mm256_fmadd_ps(a, b, c); }
+__attribute__((always_inline)) inline __m256 fused(__m256 a, __m256 b, __m256 c) {
+    return _mm256_fmadd_ps(a, b, c);
+}
 __attribute__((always_inline)) inline __m256d root(__m256d x) { return _mm256_sqrt_pd(x); }
-__attribute__((always_inline)) inline __m256d fused(__m256d a, __m256d b, __m256d c) { return _mm256_fmadd_pd(a, b, c); }
+__attribute__((always_inline)) inline __m256d fused(__m256d a, __m256d b, __m256d c) {
+    return _mm256_fmadd_pd(a, b, c);
+}
 using FloatRegister = __m256;
 using DoubleRegister = __m256d;
 #else
@@ -76,6 +90,7 @@ __attribute__((always_inline)) inline Register register_fma(Register a, Register
 }  // namespace
 
 extern const NativeKernels KILN_ISA;
-const NativeKernels KILN_ISA = {KILN_REGISTER_BYTES / 4, KILN_REGISTER_BYTES / 8, in_float::find, in_double::find};
+const NativeKernels KILN_ISA = {KILN_REGISTER_BYTES / 4, KILN_REGISTER_BYTES / 8, in_float::find,
+                                in_double::find};
 
 }  // namespace kiln

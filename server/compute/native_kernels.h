@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels for one instruction set and one precision. Included by the native_v*.cpp files, each compiled
-// with its own -march, inside a namespace of its own, with `Register`, `RegisterBits`, `scalar`, KILN_LANES
-// and KILN_DOUBLE set. No standard header may be included here: an inline function compiled under a wide
-// -march could be linked into code that runs everywhere.
+// The kernels for one instruction set and one precision. Included by the native_v*.cpp files, each
+// compiled with its own -march, inside a namespace of its own, with `Register`, `RegisterBits`,
+// `scalar`, KILN_LANES and KILN_DOUBLE set. No standard header may be included here: an inline
+// function compiled under a wide -march could be linked into code that runs everywhere.
 
 using real = Register;
 __attribute__((always_inline)) static inline real lane_sqrt(real x) { return register_sqrt(x); }
-__attribute__((always_inline)) static inline real lane_fma(real a, real b, real c) { return register_fma(a, b, c); }
+__attribute__((always_inline)) static inline real lane_fma(real a, real b, real c) {
+    return register_fma(a, b, c);
+}
 #undef KILN_AS_BITS
 #undef KILN_AS_REAL
 #undef KILN_STRETCH
@@ -14,12 +16,15 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 #define KILN_AS_REAL(x) ((real)(x))
 #define KILN_STRETCH 32
 
+// Each of these uses the ones before it.
+// clang-format off
 #include "kernels/lane.h"
 #include "kernels/fresnel.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+// clang-format on
 
 static void store(scalar* to, real value) {
     for (int lane = 0; lane < KILN_LANES; ++lane) to[lane] = value[lane];
@@ -33,12 +38,14 @@ static void group_sums(const NativeGroup<scalar>& group) {
         NoV[lane] = group.NoV[lane];
         alpha[lane] = group.alpha[lane];
     }
+    const View view = ggx_view(NoV, alpha);
     scalar* out = group.sums;
     for (unsigned b = 0; b < group.batch_count; ++b) {
         const BatchRange batch = group.batches[b];
-        const Terms sum = batch_sum(what, averaged, NoV, alpha,
-                                    group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point,
-                                    batch.point_count);
+        const Terms sum =
+            batch_sum(what, averaged, view,
+                      group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point,
+                      batch.point_count);
         if (terms & KILN_TERM_WEIGHT) store(out, sum.weight), out += group.texel_stride;
         if (terms & KILN_TERM_FRESNEL) store(out, sum.fresnel), out += group.texel_stride;
         if (terms & KILN_TERM_DEFICIT) store(out, sum.deficit), out += group.texel_stride;

@@ -53,8 +53,9 @@ struct OpenClBackend::State {
         auto devices = cl::enumerate();
         std::erase_if(devices, [](const cl::Device& d) { return !d.usable; });
         if (devices.empty()) throw Error("device_unavailable", "no OpenCL device is usable");
-        device = *std::min_element(devices.begin(), devices.end(),
-                                   [](const cl::Device& a, const cl::Device& b) { return a.cpu < b.cpu; });
+        device = *std::min_element(
+            devices.begin(), devices.end(),
+            [](const cl::Device& a, const cl::Device& b) { return a.cpu < b.cpu; });
         cl_int status = CL_SUCCESS;
         context = cl::Context(clCreateContext(nullptr, 1, &device.id, nullptr, nullptr, &status));
         cl::check(status, "clCreateContext");
@@ -82,11 +83,13 @@ struct OpenClBackend::State {
         const std::size_t length = text.size();
         cl_int status = CL_SUCCESS;
         Built built;
-        built.program = cl::Program(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
+        built.program =
+            cl::Program(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
         cl::check(status, "clCreateProgramWithSource");
         const std::string options = build_options(what, lanes(what.precision), device);
-        cl::check(clBuildProgram(built.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
-                  "clBuildProgram");
+        cl::check(
+            clBuildProgram(built.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
+            "clBuildProgram");
         built.kernel = cl::Kernel(clCreateKernel(built.program.get(), "tables", &status));
         cl::check(status, "clCreateKernel");
         return built;
@@ -131,8 +134,8 @@ struct OpenClBackend::State {
                   "clEnqueueReadBuffer");
     }
 
-    /// A launch small enough to be free and wide enough to show a contraction or a rounding of its own: a
-    /// device whose sums equal the oracle's bits belongs to its numerics class.
+    /// A launch small enough to be free and wide enough to show a contraction or a rounding of its
+    /// own: a device whose sums equal the oracle's bits belongs to its numerics class.
     template <typename Scalar>
     bool equals_oracle(const Built& built, const Specialisation& what) const {
         constexpr std::size_t kStride = 64, kPoints = 64;
@@ -144,7 +147,8 @@ struct OpenClBackend::State {
         }
         const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kPoints);
         const std::vector<Scalar> points(set.values.begin(), set.values.end());
-        const std::size_t planes = static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+        const std::size_t planes =
+            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
         launch(built, Launch<Scalar>{what, kStride, texels, points, set.batches, mine});
         oracle.run(Launch<Scalar>{what, kStride, texels, points, set.batches, wanted});
@@ -158,9 +162,11 @@ OpenClBackend::~OpenClBackend() = default;
 void OpenClBackend::build(const Specialisation& what) {
     if (built(what)) return;
     Built made = state_->compile(what);
-    const bool strict = what.precision == Precision::float64 ? state_->equals_oracle<double>(made, what)
-                                                             : state_->equals_oracle<float>(made, what);
-    made.numerics = strict ? kStrictNumerics : "opencl/" + state_->device.name + "/" + state_->device.driver;
+    const bool strict = what.precision == Precision::float64
+                            ? state_->equals_oracle<double>(made, what)
+                            : state_->equals_oracle<float>(made, what);
+    made.numerics =
+        strict ? kStrictNumerics : "opencl/" + state_->device.name + "/" + state_->device.driver;
     const std::lock_guard lock(state_->mutex);
     state_->programs.emplace(what, std::move(made));
 }
@@ -170,11 +176,17 @@ bool OpenClBackend::built(const Specialisation& what) const {
     return state_->programs.contains(what);
 }
 
-void OpenClBackend::run(const Launch<float>& launch) { state_->launch(state_->find(launch.what), launch); }
-void OpenClBackend::run(const Launch<double>& launch) { state_->launch(state_->find(launch.what), launch); }
+void OpenClBackend::run(const Launch<float>& launch) {
+    state_->launch(state_->find(launch.what), launch);
+}
+void OpenClBackend::run(const Launch<double>& launch) {
+    state_->launch(state_->find(launch.what), launch);
+}
 
 std::string OpenClBackend::name() const { return state_->device.name; }
-std::string OpenClBackend::numerics(const Specialisation& what) const { return state_->find(what).numerics; }
+std::string OpenClBackend::numerics(const Specialisation& what) const {
+    return state_->find(what).numerics;
+}
 
 std::vector<DeviceInfo> opencl_devices() {
     std::vector<DeviceInfo> infos;
@@ -184,7 +196,8 @@ std::vector<DeviceInfo> opencl_devices() {
         info.name = device.name;
         info.vendor = device.vendor;
         info.version = device.version;
-        info.numerics = device.correctly_rounded ? "decided by a trial launch, per program" : "of its own";
+        info.numerics =
+            device.correctly_rounded ? "decided by a trial launch, per program" : "of its own";
         info.compute_units = device.compute_units;
         info.usable = device.usable;
         info.detail = device.detail;

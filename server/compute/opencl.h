@@ -12,15 +12,17 @@ namespace kiln {
 /// Numerics class of every backend whose launches are bit-equal to the native one.
 inline constexpr const char* kStrictNumerics = "ieee754-strict";
 
-/// The kernels on the first usable OpenCL device, GPUs before CPUs. Programs are built on demand, one a
-/// specialisation, and each is tried on a small launch against `oracle` before it counts as built.
+/// The kernels on the first usable OpenCL device, GPUs before CPUs. Programs are built on demand,
+/// one a specialisation, and each is tried on a small launch against `oracle` before it counts as
+/// built.
 class OpenClBackend : public Backend {
   public:
     /// Throws Error("device_unavailable" | "device_failed").
     explicit OpenClBackend(Backend& oracle);
     ~OpenClBackend() override;
 
-    /// Builds what launches of `what` need, if it is not built yet. Safe from any thread, also beside run().
+    /// Builds what launches of `what` need, if it is not built yet. Safe from any thread, also
+    /// beside run().
     void build(const Specialisation& what);
     bool built(const Specialisation& what) const;
 

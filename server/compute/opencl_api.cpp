@@ -11,21 +11,36 @@ namespace {
 
 const char* name_of(cl_int status) {
     switch (status) {
-        case CL_DEVICE_NOT_FOUND: return "CL_DEVICE_NOT_FOUND";
-        case CL_DEVICE_NOT_AVAILABLE: return "CL_DEVICE_NOT_AVAILABLE";
-        case CL_MEM_OBJECT_ALLOCATION_FAILURE: return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
-        case CL_OUT_OF_RESOURCES: return "CL_OUT_OF_RESOURCES";
-        case CL_OUT_OF_HOST_MEMORY: return "CL_OUT_OF_HOST_MEMORY";
-        case CL_BUILD_PROGRAM_FAILURE: return "CL_BUILD_PROGRAM_FAILURE";
-        case CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST: return "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST";
-        case CL_INVALID_VALUE: return "CL_INVALID_VALUE";
-        case CL_INVALID_DEVICE: return "CL_INVALID_DEVICE";
-        case CL_INVALID_CONTEXT: return "CL_INVALID_CONTEXT";
-        case CL_INVALID_COMMAND_QUEUE: return "CL_INVALID_COMMAND_QUEUE";
-        case CL_INVALID_BUFFER_SIZE: return "CL_INVALID_BUFFER_SIZE";
-        case CL_INVALID_WORK_GROUP_SIZE: return "CL_INVALID_WORK_GROUP_SIZE";
-        case -1001: return "CL_PLATFORM_NOT_FOUND_KHR";
-        default: return "see CL/cl.h";
+        case CL_DEVICE_NOT_FOUND:
+            return "CL_DEVICE_NOT_FOUND";
+        case CL_DEVICE_NOT_AVAILABLE:
+            return "CL_DEVICE_NOT_AVAILABLE";
+        case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+            return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
+        case CL_OUT_OF_RESOURCES:
+            return "CL_OUT_OF_RESOURCES";
+        case CL_OUT_OF_HOST_MEMORY:
+            return "CL_OUT_OF_HOST_MEMORY";
+        case CL_BUILD_PROGRAM_FAILURE:
+            return "CL_BUILD_PROGRAM_FAILURE";
+        case CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST:
+            return "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST";
+        case CL_INVALID_VALUE:
+            return "CL_INVALID_VALUE";
+        case CL_INVALID_DEVICE:
+            return "CL_INVALID_DEVICE";
+        case CL_INVALID_CONTEXT:
+            return "CL_INVALID_CONTEXT";
+        case CL_INVALID_COMMAND_QUEUE:
+            return "CL_INVALID_COMMAND_QUEUE";
+        case CL_INVALID_BUFFER_SIZE:
+            return "CL_INVALID_BUFFER_SIZE";
+        case CL_INVALID_WORK_GROUP_SIZE:
+            return "CL_INVALID_WORK_GROUP_SIZE";
+        case -1001:
+            return "CL_PLATFORM_NOT_FOUND_KHR";
+        default:
+            return "see CL/cl.h";
     }
 }
 
@@ -55,9 +70,10 @@ Device describe(cl_device_id id) {
     device.compute_units = value_of<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS);
     device.cpu = (value_of<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU) != 0;
     device.doubles = value_of<cl_device_fp_config>(id, CL_DEVICE_DOUBLE_FP_CONFIG) != 0;
-    device.correctly_rounded =
-        (value_of<cl_device_fp_config>(id, CL_DEVICE_SINGLE_FP_CONFIG) & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
-    if (!value_of<cl_bool>(id, CL_DEVICE_AVAILABLE) || !value_of<cl_bool>(id, CL_DEVICE_COMPILER_AVAILABLE)) {
+    device.correctly_rounded = (value_of<cl_device_fp_config>(id, CL_DEVICE_SINGLE_FP_CONFIG) &
+                                CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
+    if (!value_of<cl_bool>(id, CL_DEVICE_AVAILABLE) ||
+        !value_of<cl_bool>(id, CL_DEVICE_COMPILER_AVAILABLE)) {
         device.usable = false;
         device.detail = "the device or its compiler is not available";
     }
@@ -68,8 +84,8 @@ Device describe(cl_device_id id) {
 
 void check(cl_int status, const char* call) {
     if (status == CL_SUCCESS) return;
-    throw Error("device_failed",
-                std::string(call) + " failed with " + std::to_string(status) + " (" + name_of(status) + ")");
+    throw Error("device_failed", std::string(call) + " failed with " + std::to_string(status) +
+                                     " (" + name_of(status) + ")");
 }
 
 std::vector<Device> enumerate() {
@@ -79,25 +95,30 @@ std::vector<Device> enumerate() {
     cl_uint count = 0;
     const cl_int status = clGetPlatformIDs(0, nullptr, &count);
     if (status != CL_SUCCESS || count == 0)
-        throw Error("device_unavailable", "no OpenCL platform: clGetPlatformIDs gave " + std::to_string(status) +
-                                              " (" + name_of(status) + "), " + std::to_string(count) + " platforms");
+        throw Error("device_unavailable", "no OpenCL platform: clGetPlatformIDs gave " +
+                                              std::to_string(status) + " (" + name_of(status) +
+                                              "), " + std::to_string(count) + " platforms");
     std::vector<cl_platform_id> platforms(count);
     check(clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
     std::vector<Device> devices;
     std::string refusals;
     for (cl_platform_id platform : platforms) {
         cl_uint device_count = 0;
-        const cl_int found = clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &device_count);
+        const cl_int found =
+            clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &device_count);
         if (found != CL_SUCCESS || device_count == 0) {
-            refusals += ", clGetDeviceIDs gave " + std::to_string(found) + " (" + name_of(found) + ")";
+            refusals +=
+                ", clGetDeviceIDs gave " + std::to_string(found) + " (" + name_of(found) + ")";
             continue;
         }
         std::vector<cl_device_id> ids(device_count);
-        check(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, device_count, ids.data(), nullptr), "clGetDeviceIDs");
+        check(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, device_count, ids.data(), nullptr),
+              "clGetDeviceIDs");
         for (cl_device_id id : ids) devices.push_back(describe(id));
     }
     if (devices.empty())
-        throw Error("device_unavailable", "no OpenCL device on " + std::to_string(count) + " platform(s)" + refusals);
+        throw Error("device_unavailable",
+                    "no OpenCL device on " + std::to_string(count) + " platform(s)" + refusals);
     return devices;
 }
 

@@ -7,7 +7,8 @@
 namespace kiln {
 
 namespace {
-/// A device that failed this often is not opened again: every try costs its job a restart on native.
+/// A device that failed this often is not opened again: every try costs its job a restart on
+/// native.
 constexpr int kDeviceFailuresMax = 3;
 }  // namespace
 
@@ -32,7 +33,8 @@ void OpenClPrograms::request(const Specialisation& what) {
 
 OpenClPrograms::Answer OpenClPrograms::look_locked(const Specialisation& what) const {
     if (!device_reason_.empty()) return {nullptr, device_reason_, false};
-    if (const auto failure = failures_.find(what); failure != failures_.end()) return {nullptr, failure->second, false};
+    if (const auto failure = failures_.find(what); failure != failures_.end())
+        return {nullptr, failure->second, false};
     if (backend_ && backend_->built(what)) return {backend_, "", false};
     return {nullptr, "the OpenCL program was still being built", true};
 }
@@ -42,7 +44,8 @@ OpenClPrograms::Answer OpenClPrograms::look(const Specialisation& what) {
     return look_locked(what);
 }
 
-OpenClPrograms::Answer OpenClPrograms::wait(const Specialisation& what, const std::function<bool()>& keep_waiting) {
+OpenClPrograms::Answer OpenClPrograms::wait(const Specialisation& what,
+                                            const std::function<bool()>& keep_waiting) {
     request(what);
     for (;;) {
         {
@@ -58,7 +61,8 @@ OpenClPrograms::Answer OpenClPrograms::wait(const Specialisation& what, const st
 void OpenClPrograms::device_failed(const std::string& reason) {
     const std::lock_guard lock(mutex_);
     backend_.reset();
-    if (++device_failures_ >= kDeviceFailuresMax) device_reason_ = "OpenCL failed repeatedly, last: " + reason;
+    if (++device_failures_ >= kDeviceFailuresMax)
+        device_reason_ = "OpenCL failed repeatedly, last: " + reason;
 }
 
 void OpenClPrograms::work(const std::stop_token& stop) {

@@ -15,8 +15,8 @@
 
 namespace kiln {
 
-/// Opens the OpenCL device and builds its programs on a thread of its own, so that the first jobs need not
-/// wait for a compiler.
+/// Opens the OpenCL device and builds its programs on a thread of its own, so that the first jobs
+/// need not wait for a compiler.
 class OpenClPrograms {
   public:
     OpenClPrograms();
@@ -31,7 +31,8 @@ class OpenClPrograms {
         bool pending = false;                    ///< still being built
     };
     Answer look(const Specialisation& what);
-    /// Waits until look() is no longer pending, or until `keep_waiting` (asked every 50 ms) says no.
+    /// Waits until look() is no longer pending, or until `keep_waiting` (asked every 50 ms) says
+    /// no.
     Answer wait(const Specialisation& what, const std::function<bool()>& keep_waiting);
 
     /// A launch failed: the device is opened afresh for later jobs, a few times.
@@ -47,8 +48,8 @@ class OpenClPrograms {
     std::mutex mutex_;
     std::condition_variable_any changed_;
     std::shared_ptr<OpenClBackend> backend_;
-    std::string device_reason_;                        // not empty: the device cannot be opened
-    std::map<Specialisation, std::string> failures_;   // programs that cannot be built
+    std::string device_reason_;                       // not empty: the device cannot be opened
+    std::map<Specialisation, std::string> failures_;  // programs that cannot be built
     std::set<Specialisation> wanted_;
     int device_failures_ = 0;
     std::jthread thread_;

@@ -11,7 +11,8 @@ constexpr int kFresnelBit = 2, kDeficitBit = 4;
 
 void add_pass(Plan& plan, const JobSpec& job, bool averaged) {
     Pass pass{{job.masking, job.importance, 0, averaged, job.precision},
-              averaged ? Places::averaged(job) : Places{}, {}};
+              averaged ? Places::averaged(job) : Places{},
+              {}};
     for (std::size_t channel = 0; channel < job.quantities.size(); ++channel) {
         if (quantity_row(job.quantities[channel]).averaged != averaged) continue;
         pass.what.terms |= terms_of(job.quantities[channel]);
@@ -29,12 +30,15 @@ void say_what_is_left_out(Plan& plan, const JobSpec& job) {
         terms |= pass.what.terms;
         averaged |= pass.what.averaged;
     }
-    if (!(terms & kFresnelBit)) plan.left_out.push_back({"Fresnel term", "no quantity that was asked for needs it"});
+    if (!(terms & kFresnelBit))
+        plan.left_out.push_back({"Fresnel term", "no quantity that was asked for needs it"});
     if (!(terms & kDeficitBit))
-        plan.left_out.push_back({"multiple-scattering term", "no quantity that was asked for needs it"});
+        plan.left_out.push_back(
+            {"multiple-scattering term", "no quantity that was asked for needs it"});
     if (averaged && job.axes.size() > 1)
-        plan.left_out.push_back({"average_albedo along NoV", "it depends on roughness alone: integrated once for "
-                                                             "each roughness and repeated"});
+        plan.left_out.push_back({"average_albedo along NoV",
+                                 "it depends on roughness alone: integrated once for "
+                                 "each roughness and repeated"});
 }
 
 }  // namespace

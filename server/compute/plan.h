@@ -10,7 +10,8 @@
 
 namespace kiln {
 
-/// One kernel specialisation over one set of places: the quantities that share it cost its terms once.
+/// One kernel specialisation over one set of places: the quantities that share it cost its terms
+/// once.
 struct Pass {
     Specialisation what;
     Places places;

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kTwo32 = 4294967296.0;
 constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
-using Point = std::array<double, kDimensions>;  // azimuth in half turns: the integrand is even in it
+using Point =
+    std::array<double, kDimensions>;  // azimuth in half turns: the integrand is even in it
 
 double fraction(double x) { return x - std::floor(x); }
 
@@ -38,7 +39,8 @@ std::uint32_t reverse_bits(std::uint32_t x) {
     return ((x & 0x55555555u) << 1) | ((x & 0xAAAAAAAAu) >> 1);
 }
 
-/// Nested uniform scrambling by hashing (Laine, Karras 2011, in the form of Burley 2020, listing 2).
+/// Nested uniform scrambling by hashing (Laine, Karras 2011, in the form of Burley 2020, listing
+/// 2).
 std::uint32_t owen_scramble(std::uint32_t bits, std::uint32_t seed) {
     std::uint32_t x = reverse_bits(bits);
     x += seed;
@@ -51,8 +53,8 @@ std::uint32_t owen_scramble(std::uint32_t bits, std::uint32_t seed) {
 
 using Directions = std::array<std::uint32_t, 32>;
 
-/// Direction numbers of the first three Sobol dimensions (Joe, Kuo 2008: primitive polynomials x + 1 with
-/// m = 1, and x² + x + 1 with m = 1, 3; the first dimension is van der Corput's).
+/// Direction numbers of the first three Sobol dimensions (Joe, Kuo 2008: primitive polynomials x +
+/// 1 with m = 1, and x² + x + 1 with m = 1, 3; the first dimension is van der Corput's).
 std::array<Directions, kDimensions> sobol_directions() {
     std::array<Directions, kDimensions> v{};
     for (unsigned i = 0; i < 32; ++i) v[0][i] = 1u << (31 - i);
@@ -83,17 +85,21 @@ class Generator {
 
     Point operator()(std::uint32_t i) const {
         switch (sampler_) {
-            case Sampler::hammersley: return shifted({(i + 0.5) / size_, radical_inverse(i, 2), radical_inverse(i, 3)});
-            case Sampler::lattice: return shifted(lattice(i));
-            case Sampler::sobol_owen: return sobol(i);
-            case Sampler::random: return random(i);
+            case Sampler::hammersley:
+                return shifted({(i + 0.5) / size_, radical_inverse(i, 2), radical_inverse(i, 3)});
+            case Sampler::lattice:
+                return shifted(lattice(i));
+            case Sampler::sobol_owen:
+                return sobol(i);
+            case Sampler::random:
+                return random(i);
         }
         __builtin_unreachable();
     }
 
   private:
-    /// Rank-1 in i / n, with the plastic number's powers in the other dimensions (Roberts 2018): even for
-    /// every n, where a tabulated generator serves one.
+    /// Rank-1 in i / n, with the plastic number's powers in the other dimensions (Roberts 2018):
+    /// even for every n, where a tabulated generator serves one.
     Point lattice(std::uint32_t i) const {
         constexpr double kGolden = 0.6180339887498949;
         constexpr double kPlastic = 0.7548776662466927;
@@ -123,8 +129,9 @@ class Generator {
     Point shifted(Point point) const {
         for (std::size_t d = 0; d < kDimensions; ++d)
             point[d] = std::max(fraction(point[d] + shift_[d]), 0.5 / kTwo32);
-        // Both halves of the azimuth serve the same integrand. A set that is shifted on a torus wants it
-        // periodic, so it goes round once; a net loses a fifth of its accuracy when it is folded in two.
+        // Both halves of the azimuth serve the same integrand. A set that is shifted on a torus
+        // wants it periodic, so it goes round once; a net loses a fifth of its accuracy when it is
+        // folded in two.
         point[0] = point[0] < 0.5 ? 2 * point[0] : 2 - 2 * point[0];
         return point;
     }
@@ -150,7 +157,8 @@ void append(std::vector<double>& values, Importance importance, const Point& poi
 }  // namespace
 
 double cos_turn(double u) {
-    // Folded into [0, 1/4] of a turn, then into [0, 1/8] as a cosine or a sine; Taylor to below 1e-17.
+    // Folded into [0, 1/4] of a turn, then into [0, 1/8] as a cosine or a sine; Taylor to below
+    // 1e-17.
     constexpr double kTwoPi = 6.283185307179586;
     double folded = u > 0.5 ? 1 - u : u;
     const bool negative = folded > 0.25;
@@ -166,7 +174,8 @@ double cos_turn(double u) {
     return negative ? -value : value;
 }
 
-PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed, std::int64_t sample_count) {
+PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
+                     std::int64_t sample_count) {
     const auto total = static_cast<std::uint64_t>(sample_count);
     const auto replicates = std::min<std::uint64_t>(total, kReplicatesMax);
     PointSet set;
@@ -178,7 +187,8 @@ PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
         const Generator generate(sampler, seed, r, size);
         for (std::uint32_t i = 0; i < size; ++i) append(set.values, importance, generate(i));
         for (std::uint32_t at = 0; at < size; at += kBatchPointsMax) {
-            set.batches.push_back({static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});
+            set.batches.push_back(
+                {static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});
             set.replicate_of_batch.push_back(r);
         }
         set.replicate_sizes.push_back(size);

@@ -12,12 +12,12 @@ namespace kiln {
 /// Scalars a point as the kernels take it (kernels/batch.h).
 inline constexpr std::size_t kPointScalars = 4;
 
-/// Replicates of a job: independently randomised point sets, from whose spread the standard error comes.
-/// 16 leaves the factor of a 95 % interval at 2.13 (Student's t), and the sets large.
+/// Replicates of a job: independently randomised point sets, from whose spread the standard error
+/// comes. 16 leaves the factor of a 95 % interval at 2.13 (Student's t), and the sets large.
 inline constexpr std::int64_t kReplicatesMax = 16;
 
-/// Longest run of points that is summed in working precision; longer runs would grow rounding in float from
-/// 1e-5 (1024 points) to 6e-5 (4096).
+/// Longest run of points that is summed in working precision; longer runs would grow rounding in
+/// float from 1e-5 (1024 points) to 6e-5 (4096).
 inline constexpr std::uint32_t kBatchPointsMax = 1024;
 
 /// All points of a job in the order in which they are summed.
@@ -25,14 +25,18 @@ struct PointSet {
     std::vector<double> values;  ///< kPointScalars a point
     std::vector<BatchRange> batches;
     std::vector<std::uint32_t> replicate_of_batch;
-    std::vector<std::uint32_t> replicate_sizes;  ///< points in each replicate; they differ by at most one
+    std::vector<std::uint32_t>
+        replicate_sizes;  ///< points in each replicate; they differ by at most one
 };
 
-/// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends on their
-/// size, of the replicate's size: the same on every machine. Coordinates lie strictly inside (0, 1).
-PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed, std::int64_t sample_count);
+/// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends
+/// on their size, of the replicate's size: the same on every machine. Coordinates lie strictly
+/// inside (0, 1).
+PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
+                     std::int64_t sample_count);
 
-/// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error ≤ 2e-16.
+/// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error
+/// ≤ 2e-16.
 double cos_turn(double u);
 
 }  // namespace kiln

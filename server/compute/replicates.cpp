@@ -15,17 +15,18 @@ constexpr std::size_t kPlacesATask = 512;
 
 std::size_t task_count(std::size_t places) { return (places + kPlacesATask - 1) / kPlacesATask; }
 
-// The loops over places, at the widest vectors that the CPU has: the same bits, since contraction is off and
-// each place is its own sum.
+// The loops over places, at the widest vectors that the CPU has: the same bits, since contraction
+// is off and each place is its own sum.
 #define KILN_WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
-KILN_WIDE void add_scaled(const float* __restrict sums, double coefficient, double* __restrict partial,
-                          std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) partial[i] += coefficient * static_cast<double>(sums[i]);
+KILN_WIDE void add_scaled(const float* __restrict sums, double coefficient,
+                          double* __restrict partial, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+        partial[i] += coefficient * static_cast<double>(sums[i]);
 }
 
-KILN_WIDE void add_scaled(const double* __restrict sums, double coefficient, double* __restrict partial,
-                          std::size_t count) {
+KILN_WIDE void add_scaled(const double* __restrict sums, double coefficient,
+                          double* __restrict partial, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) partial[i] += coefficient * sums[i];
 }
 
@@ -34,8 +35,9 @@ struct ReplicateWeight {
 };
 
 /// West 1979: weighted running mean and sum of squared deviations.
-KILN_WIDE void fold_replicate(ReplicateWeight w, double* __restrict partial, double* __restrict mean,
-                              double* __restrict spread, std::size_t count) {
+KILN_WIDE void fold_replicate(ReplicateWeight w, double* __restrict partial,
+                              double* __restrict mean, double* __restrict spread,
+                              std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
         const double value = partial[i] * w.inverse_size;
         const double off = value - mean[i];
@@ -46,10 +48,11 @@ KILN_WIDE void fold_replicate(ReplicateWeight w, double* __restrict partial, dou
 }
 
 /// Variances of the means into `out`, from spreads and, where they count, the rare events' share.
-KILN_WIDE void variances(const double* __restrict spread, const double* __restrict deficits, double scale,
-                         double samples, double* __restrict out, std::size_t count) {
+KILN_WIDE void variances(const double* __restrict spread, const double* __restrict deficits,
+                         double scale, double samples, double* __restrict out, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
-        out[i] = spread[i] * scale + (deficits == nullptr ? 0.0 : rare_event_variance(deficits[i], samples));
+        out[i] = spread[i] * scale +
+                 (deficits == nullptr ? 0.0 : rare_event_variance(deficits[i], samples));
 }
 }  // namespace
 
@@ -59,9 +62,12 @@ void ErrorSummary::add(const ErrorSummary& other) {
     count += other.count;
 }
 
-double ErrorSummary::rms() const { return count == 0 ? 0 : std::sqrt(sum_of_squares / static_cast<double>(count)); }
+double ErrorSummary::rms() const {
+    return count == 0 ? 0 : std::sqrt(sum_of_squares / static_cast<double>(count));
+}
 
-Replicates::Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms, std::size_t stride)
+Replicates::Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms,
+                       std::size_t stride)
     : coefficients_(std::move(coefficients)), planes_(kTermCount), stride_(stride) {
     for (std::size_t t = 0; t < kTermCount; ++t)
         if (terms >> t & 1) planes_[t] = plane_count_++;
@@ -99,31 +105,35 @@ void Replicates::add(ThreadPool& pool, const PointSet& set, std::size_t first, s
 }
 
 template <typename Scalar>
-void Replicates::add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin,
-                            std::size_t end) {
+void Replicates::add_places(const std::vector<Step>& steps, std::span<const Scalar> sums,
+                            std::size_t begin, std::size_t end) {
     for (std::size_t q = 0; q < coefficients_.size(); ++q) {
         for (const Step& step : steps) {
             for (std::size_t t = 0; t < kTermCount; ++t)
                 if (coefficients_[q][t] != 0)
-                    add_scaled(sums.data() + (step.row + planes_[t]) * stride_ + begin, coefficients_[q][t],
-                               &partial_[q][begin], end - begin);
+                    add_scaled(sums.data() + (step.row + planes_[t]) * stride_ + begin,
+                               coefficients_[q][t], &partial_[q][begin], end - begin);
             if (step.completes)
-                fold_replicate({step.inverse_size, step.weight, step.weight / step.weight_after}, &partial_[q][begin],
-                               &mean_[q][begin], &spread_[q][begin], end - begin);
+                fold_replicate({step.inverse_size, step.weight, step.weight / step.weight_after},
+                               &partial_[q][begin], &mean_[q][begin], &spread_[q][begin],
+                               end - begin);
         }
     }
 }
 
-template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::size_t, std::span<const float>);
-template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::size_t, std::span<const double>);
+template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::size_t,
+                              std::span<const float>);
+template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::size_t,
+                              std::span<const double>);
 
-void Replicates::fill_variances(std::size_t quantity, std::size_t begin, std::size_t end, double* out) const {
+void Replicates::fill_variances(std::size_t quantity, std::size_t begin, std::size_t end,
+                                double* out) const {
     const auto& c = coefficients_[quantity];
     const bool feels_rare_events = c[0] != 0 || c[2] != 0;  // E and 1 − E; B has no weight there
     const auto samples = static_cast<double>(weight_);
     const double scale = 1 / (samples * static_cast<double>(completed_ - 1));
-    variances(&spread_[quantity][begin], feels_rare_events ? &deficits_[begin] : nullptr, scale, samples, out,
-              end - begin);
+    variances(&spread_[quantity][begin], feels_rare_events ? &deficits_[begin] : nullptr, scale,
+              samples, out, end - begin);
 }
 
 double Replicates::standard_error(std::size_t quantity, std::size_t place) const {
@@ -139,7 +149,8 @@ ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t quantity) const {
     if (completed_ < 2) return whole;
     std::vector<ErrorSummary> parts(task_count(place_count_));
     pool.parallel_for(parts.size(), [&](std::size_t task) {
-        const std::size_t begin = task * kPlacesATask, end = std::min(begin + kPlacesATask, place_count_);
+        const std::size_t begin = task * kPlacesATask,
+                          end = std::min(begin + kPlacesATask, place_count_);
         std::array<double, kPlacesATask> variance;
         fill_variances(quantity, begin, end, variance.data());
         double sum = 0, max = 0;

@@ -21,23 +21,26 @@ struct ErrorSummary {
     double rms() const;
 };
 
-/// Running mean and spread of the replicate means of some quantities at a block of places. Batches come in the
-/// order of the points, in any split; the result depends on neither split nor thread count.
+/// Running mean and spread of the replicate means of some quantities at a block of places. Batches
+/// come in the order of the points, in any split; the result depends on neither split nor thread
+/// count.
 class Replicates {
   public:
     /// `coefficients[q]` combines terms into quantity q; `stride` is the launch's texel_stride.
-    Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms, std::size_t stride);
+    Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms,
+               std::size_t stride);
 
-    /// Starts over, for a block of at most `stride` places. deficits[place] is what rare events carry there
-    /// (rare_events.h); 0 where an estimate has none.
+    /// Starts over, for a block of at most `stride` places. deficits[place] is what rare events
+    /// carry there (rare_events.h); 0 where an estimate has none.
     void reset(std::vector<double> deficits);
 
     /// Adds the batches [first, first + count) of `set`, whose sums are laid out as Launch::sums.
     template <typename Scalar>
-    void add(ThreadPool& pool, const PointSet& set, std::size_t first, std::size_t count, std::span<const Scalar> sums);
+    void add(ThreadPool& pool, const PointSet& set, std::size_t first, std::size_t count,
+             std::span<const Scalar> sums);
 
-    std::size_t completed() const { return completed_; }        ///< replicates
-    std::uint64_t samples() const { return weight_; }           ///< a place, in completed replicates
+    std::size_t completed() const { return completed_; }  ///< replicates
+    std::uint64_t samples() const { return weight_; }     ///< a place, in completed replicates
     std::size_t place_count() const { return place_count_; }
     double mean(std::size_t quantity, std::size_t place) const { return mean_[quantity][place]; }
     /// Of the mean; 0 while fewer than two replicates are complete.
@@ -46,15 +49,17 @@ class Replicates {
     std::uint64_t non_finite() const;  ///< means that are not finite
 
   private:
-    struct Step {  // one batch as every place sees it
+    struct Step {                     // one batch as every place sees it
         std::size_t row;              // first plane of the batch in sums
         bool completes;               // its replicate
         double inverse_size;          // 1 / points of the replicate
         double weight, weight_after;  // points of the replicate, of all with it
     };
-    void fill_variances(std::size_t quantity, std::size_t begin, std::size_t end, double* out) const;
+    void fill_variances(std::size_t quantity, std::size_t begin, std::size_t end,
+                        double* out) const;
     template <typename Scalar>
-    void add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin, std::size_t end);
+    void add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin,
+                    std::size_t end);
 
     std::vector<std::array<double, kTermCount>> coefficients_;
     std::vector<std::size_t> planes_;  // term → plane within a batch

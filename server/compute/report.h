@@ -7,13 +7,14 @@
 
 namespace kiln {
 
-/// What a job cost and how good its result is. Field names are those of the contract's JSON (api/openapi.json).
-/// An optional that is empty becomes null: the figure does not exist, which differs from zero.
+/// What a job cost and how good its result is. Field names are those of the contract's JSON
+/// (api/openapi.json). An optional that is empty becomes null: the figure does not exist, which
+/// differs from zero.
 struct ChannelError {
     std::string quantity;
     std::optional<double> standard_error_rms;  ///< over all texels; from independent replicates
     std::optional<double> standard_error_max;
-    std::optional<double> reference_rms;       ///< difference from quadrature, where one exists
+    std::optional<double> reference_rms;  ///< difference from quadrature, where one exists
     std::optional<double> reference_max;
     std::optional<double> reconstruction_max;  ///< what bilinear lookup adds between texels
     std::optional<double> quantisation_max;    ///< what the pixel type adds
@@ -61,7 +62,8 @@ struct Report {
     std::vector<std::string> warnings;
 };
 
-/// The contract's JSON text of a report. Throws Error("non_finite") rather than write null for a number.
+/// The contract's JSON text of a report. Throws Error("non_finite") rather than write null for a
+/// number.
 std::string to_json(const Report& report);
 
 }  // namespace kiln

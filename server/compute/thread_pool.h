@@ -18,8 +18,8 @@ class ThreadPool {
     ~ThreadPool();
 
     unsigned size() const { return static_cast<unsigned>(threads_.size()) + 1; }
-    /// Calls body(i) once for each i in [0, count), in any order on any thread, and returns when all are done.
-    /// body must not throw.
+    /// Calls body(i) once for each i in [0, count), in any order on any thread, and returns when
+    /// all are done. body must not throw.
     void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
   private:
@@ -31,9 +31,9 @@ class ThreadPool {
     const std::function<void(std::size_t)>* body_ = nullptr;
     std::size_t count_ = 0;
     std::atomic<std::size_t> next_{0};
-    std::size_t generation_ = 0;
-    unsigned busy_ = 0;
-    bool stop_ = false;
+    std::atomic<std::size_t> generation_{0};  // written under the mutex, as are the next two
+    std::atomic<unsigned> busy_{0};
+    std::atomic<bool> stop_{false};
     std::vector<std::jthread> threads_;
 };
 

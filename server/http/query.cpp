@@ -56,11 +56,13 @@ void expect_json(const HttpRequest& request) {
     std::string_view word = type.substr(0, type.find(';'));
     while (!word.empty() && word.back() == ' ') word.remove_suffix(1);
     const auto is = [word](std::string_view name) {
-        return word.size() == name.size() && strncasecmp(word.data(), name.data(), name.size()) == 0;
+        return word.size() == name.size() &&
+               strncasecmp(word.data(), name.data(), name.size()) == 0;
     };
     if (is("application/json")) return;
-    // What `curl --data` and urllib say unless told otherwise. Any web page can make a browser send such a
-    // request to a loopback port, but not without Origin; JSON it cannot send without asking first.
+    // What `curl --data` and urllib say unless told otherwise. Any web page can make a browser send
+    // such a request to a loopback port, but not without Origin; JSON it cannot send without asking
+    // first.
     const bool simple = word.empty() || is("application/x-www-form-urlencoded");
     if (simple && !request.header("origin")) return;
     throw Error("wrong_type", "send the document with Content-Type: application/json");

@@ -20,8 +20,8 @@ std::chrono::milliseconds wait_of(const HttpRequest& request);
 std::int64_t integer_of(const HttpRequest& request, const std::string& name, std::int64_t fallback,
                         std::int64_t min, std::int64_t max);
 
-/// Error("wrong_type") unless Content-Type is application/json; a client that is no browser may leave it
-/// out or at curl's default.
+/// Error("wrong_type") unless Content-Type is application/json; a client that is no browser may
+/// leave it out or at curl's default.
 void expect_json(const HttpRequest& request);
 
 }  // namespace kiln

@@ -31,10 +31,11 @@ inline constexpr int kEncoderRevision = 1;
 /// in a PNG, …). Error("non_finite") for a value that is no finite number. Metadata keys begin with
 /// "kiln.", values are ASCII. Equal input gives equal bytes. Memory beside the table and the result
 /// stays below a few scan lines a thread. thread_count: threads that may compress a large EXR, 0 =
-/// every core this process may use; same bytes. `between_lines` is called every few thousand texels;
-/// what it throws ends the encoding.
-Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
-               unsigned thread_count = 0, const std::function<void()>& between_lines = [] {});
+/// every core this process may use; same bytes. `between_lines` is called every few thousand
+/// texels; what it throws ends the encoding.
+Encoded encode(
+    const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
+    unsigned thread_count = 0, const std::function<void()>& between_lines = [] {});
 
 /// All that reproduces a table from its job: never a host name, date, device or thread count.
 struct Provenance {

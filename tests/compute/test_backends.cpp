@@ -27,7 +27,8 @@ std::vector<Scalar> sums(Backend& backend, Specialisation what) {
     }
     const PointSet set = make_points(Sampler::sobol_owen, what.importance, 7, 16 * 37);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
-    const auto planes = static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+    const auto planes =
+        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
     std::vector<Scalar> out(set.batches.size() * planes * kStride);
     backend.run(Launch<Scalar>{what, kStride, texels, points, set.batches, out});
     return out;
@@ -53,8 +54,10 @@ TEST(Native, EveryInstructionSetAndThreadCountGivesTheSameBits) {
         for (const Importance importance : {Importance::vndf, Importance::ndf})
             for (const bool averaged : {false, true})
                 for (int terms = 1; terms < 8; ++terms) {
-                    expect_equal_bits<float>({masking, importance, terms, averaged, Precision::float32});
-                    expect_equal_bits<double>({masking, importance, terms, averaged, Precision::float64});
+                    expect_equal_bits<float>(
+                        {masking, importance, terms, averaged, Precision::float32});
+                    expect_equal_bits<double>(
+                        {masking, importance, terms, averaged, Precision::float64});
                 }
 }
 
@@ -65,7 +68,8 @@ TEST(Native, ATermIsTheSameWhateverElseIsAskedFor) {
     for (int term = 0; term < 3; ++term) {
         const auto alone = sums<float>(*backend, {.terms = 1 << term});
         for (std::size_t batch = 0; batch < alone.size() / kStride; ++batch)
-            EXPECT_EQ(std::memcmp(&alone[batch * kStride], &all[(3 * batch + static_cast<std::size_t>(term)) * kStride],
+            EXPECT_EQ(std::memcmp(&alone[batch * kStride],
+                                  &all[(3 * batch + static_cast<std::size_t>(term)) * kStride],
                                   kStride * sizeof(float)),
                       0)
                 << "term " << term << ", batch " << batch;

@@ -25,8 +25,8 @@ class OpenCl : public ::testing::Test {
 
     /// The line that table_digest prints for the job, run under `environment`.
     std::string digest(const std::string& environment, const std::string& job) {
-        const std::string command = "env POCL_CACHE_DIR=" + folder_ + " " + environment + " " + kBin + "table_digest '" +
-                                    job + "' 2>" + folder_ + "/messages";
+        const std::string command = "env POCL_CACHE_DIR=" + folder_ + " " + environment + " " +
+                                    kBin + "table_digest '" + job + "' 2>" + folder_ + "/messages";
         FILE* pipe = popen(command.c_str(), "r");
         std::array<char, 4096> line{};
         const bool read = std::fgets(line.data(), line.size(), pipe) != nullptr;
@@ -52,7 +52,8 @@ const std::array<std::string, 4> kJobs = {
 bool opencl_is_here(const std::string& line) { return line.find(" opencl ") != std::string::npos; }
 
 TEST_F(OpenCl, EveryCpuClassGivesTheBitsOfNative) {
-    if (!opencl_is_here(digest("", job("auto", kJobs[0])))) GTEST_SKIP() << "no OpenCL device on this machine";
+    if (!opencl_is_here(digest("", job("auto", kJobs[0]))))
+        GTEST_SKIP() << "no OpenCL device on this machine";
     for (const std::string& what : kJobs) {
         const std::string native = digest("", job("native", what)).substr(0, 64);
         for (const std::string cpu : {"sse2", "sse41", "avx", "avx2", "avx512"}) {
@@ -80,20 +81,25 @@ TEST_P(OpenClFault, EndsOnNativeWithTheReason) {
     static const bool is_here = opencl_is_here(digest("", job("auto", kJobs[0])));
     static const std::string native = digest("", job("native", kJobs[0])).substr(0, 64);
     if (!is_here) GTEST_SKIP() << "no OpenCL device on this machine";
-    const std::string preload = std::string("LD_PRELOAD=") + KILN_BINARY_DIR "/tests/compute/libclfault.so ";
+    const std::string preload =
+        std::string("LD_PRELOAD=") + KILN_BINARY_DIR "/tests/compute/libclfault.so ";
     const std::string line = digest(preload + "CLFAULT=" + GetParam(), job("auto", kJobs[0]));
     EXPECT_EQ(line.substr(0, 64), native);
-    const std::string function = std::string(GetParam()).substr(0, std::string(GetParam()).find(':'));
+    const std::string function =
+        std::string(GetParam()).substr(0, std::string(GetParam()).find(':'));
     EXPECT_NE(line.find(" native "), std::string::npos) << line;
-    const std::string reason = std::string(GetParam()).find("nan") != std::string::npos ? "not finite" : function;
+    const std::string reason =
+        std::string(GetParam()).find("nan") != std::string::npos ? "not finite" : function;
     EXPECT_NE(line.find(reason), std::string::npos) << line;
 }
 
 // The first launch of a program is its trial, so the second and later calls are the job's own.
 INSTANTIATE_TEST_SUITE_P(Calls, OpenClFault,
-                         ::testing::Values("clGetPlatformIDs:0:-1001", "clGetDeviceIDs:0:-1", "clBuildProgram:1:-11",
-                                           "clEnqueueNDRangeKernel:1:-5", "clEnqueueNDRangeKernel:2:-5",
-                                           "clFinish:1:-36", "clFinish:2:-36", "clEnqueueReadBuffer:2:-14",
-                                           "clEnqueueReadBuffer:2:nan", "clCreateBuffer:1:-4", "clCreateBuffer:6:-4"));
+                         ::testing::Values("clGetPlatformIDs:0:-1001", "clGetDeviceIDs:0:-1",
+                                           "clBuildProgram:1:-11", "clEnqueueNDRangeKernel:1:-5",
+                                           "clEnqueueNDRangeKernel:2:-5", "clFinish:1:-36",
+                                           "clFinish:2:-36", "clEnqueueReadBuffer:2:-14",
+                                           "clEnqueueReadBuffer:2:nan", "clCreateBuffer:1:-4",
+                                           "clCreateBuffer:6:-4"));
 
 }  // namespace

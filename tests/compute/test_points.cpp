@@ -14,7 +14,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::array kSamplers = {Sampler::hammersley, Sampler::sobol_owen, Sampler::lattice, Sampler::random};
+constexpr std::array kSamplers = {Sampler::hammersley, Sampler::sobol_owen, Sampler::lattice,
+                                  Sampler::random};
 
 TEST(Points, CosineOfATurnIsTheLibrarys) {
     for (int i = 0; i <= 100000; ++i) {
@@ -55,8 +56,10 @@ TEST(Points, BatchesCoverEveryPointOnceAndNoMoreThanABatchHolds) {
             next += batch.point_count;
         }
         EXPECT_EQ(next, count);
-        EXPECT_EQ(set.replicate_sizes.size(), static_cast<std::size_t>(std::min<std::int64_t>(count, kReplicatesMax)));
-        const auto [least, most] = std::minmax_element(set.replicate_sizes.begin(), set.replicate_sizes.end());
+        EXPECT_EQ(set.replicate_sizes.size(),
+                  static_cast<std::size_t>(std::min<std::int64_t>(count, kReplicatesMax)));
+        const auto [least, most] =
+            std::minmax_element(set.replicate_sizes.begin(), set.replicate_sizes.end());
         EXPECT_LE(*most - *least, 1u);
     }
 }
@@ -86,7 +89,8 @@ TEST(Points, AScrambledSobolSetHasOnePointInEveryInterval) {
 }
 
 TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
-    // (0, 8, 2)-net in base 2: every elementary interval of area 1/256 holds one of 256 points (φ / π, u).
+    // (0, 8, 2)-net in base 2: every elementary interval of area 1/256 holds one of 256 points (φ /
+    // π, u).
     const PointSet set = make_points(Sampler::sobol_owen, Importance::vndf, 12, 16 * 256);
     const std::vector<double> cosines = coordinate(set, 3, 0), us = coordinate(set, 3, 2);
     for (int bits = 1; bits <= 7; ++bits) {
@@ -94,11 +98,13 @@ TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
         const int along_u = 1 << (8 - bits), along_phi = 1 << bits;
         for (std::size_t i = 0; i < us.size(); ++i) {
             const double half_turn = std::acos(cosines[i]) / std::numbers::pi;
-            const int column = static_cast<int>(half_turn * along_phi), row = static_cast<int>(us[i] * along_u);
+            const int column = static_cast<int>(half_turn * along_phi),
+                      row = static_cast<int>(us[i] * along_u);
             ++cells[static_cast<std::size_t>(row * along_phi + column)];
         }
         for (int cell = 0; cell < along_u * along_phi; ++cell)
-            EXPECT_EQ(cells[static_cast<std::size_t>(cell)], 1) << "split " << bits << ", cell " << cell;
+            EXPECT_EQ(cells[static_cast<std::size_t>(cell)], 1)
+                << "split " << bits << ", cell " << cell;
     }
 }
 
@@ -113,14 +119,16 @@ TEST(Points, EveryReplicateIsUniformAndNoTwoAreAlike) {
             for (const double value : u) mean += value / (16.0 * 1024);
         }
         EXPECT_EQ(first_points.size(), 16u) << to_word(sampler);
-        // Independent points have the largest spread: 5 standard errors of the mean of 16384 uniforms.
+        // Independent points have the largest spread: 5 standard errors of the mean of 16384
+        // uniforms.
         EXPECT_NEAR(mean, 0.5, 5 * std::sqrt(1.0 / 12 / 16384)) << to_word(sampler);
     }
 }
 
 TEST(Points, AnotherSeedGivesOtherPoints) {
     for (const Sampler sampler : kSamplers)
-        EXPECT_NE(make_points(sampler, Importance::ndf, 1, 64).values, make_points(sampler, Importance::ndf, 2, 64).values);
+        EXPECT_NE(make_points(sampler, Importance::ndf, 1, 64).values,
+                  make_points(sampler, Importance::ndf, 2, 64).values);
 }
 
 TEST(Points, AHalfVectorOfAllNormalsComesNormalised) {

@@ -10,7 +10,8 @@
 namespace kiln {
 namespace {
 
-/// Sums of every batch of 16 replicates of unequal size (37 or 38 points), one term, 8 places, made up.
+/// Sums of every batch of 16 replicates of unequal size (37 or 38 points), one term, 8 places, made
+/// up.
 struct Sums {
     PointSet set = make_points(Sampler::random, Importance::vndf, 3, 16 * 37 + 5);
     std::vector<float> values;
@@ -29,8 +30,9 @@ Replicates added(const Sums& sums, std::size_t split) {
     replicates.reset(std::vector<double>(8, 0.0));
     for (std::size_t first = 0; first < sums.set.batches.size(); first += split) {
         const std::size_t count = std::min(split, sums.set.batches.size() - first);
-        replicates.add(pool, sums.set, first, count,
-                       std::span<const float>(sums.values).subspan(first * kLanesMax, count * kLanesMax));
+        replicates.add(
+            pool, sums.set, first, count,
+            std::span<const float>(sums.values).subspan(first * kLanesMax, count * kLanesMax));
     }
     return replicates;
 }
@@ -60,7 +62,8 @@ TEST(Replicates, MeanAndStandardErrorAreTheTextbookOnes) {
         double spread = 0;
         for (std::size_t b = 0; b < 16; ++b) {
             const double size = sums.set.replicate_sizes[b];
-            const double off = static_cast<double>(sums.values[b * kLanesMax + place]) / size - mean;
+            const double off =
+                static_cast<double>(sums.values[b * kLanesMax + place]) / size - mean;
             spread += size * off * off;
         }
         // 16 additions of rounding 1.1e-16 each, on values near 0.5.

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-// The kernels at one lane, in double and in float: ordinary functions to hold against textbook forms.
+// The kernels at one lane, in double and in float: ordinary functions to hold against textbook
+// forms.
 
 namespace in_double {
 using scalar = double;
@@ -13,12 +14,15 @@ inline real lane_sqrt(real x) { return std::sqrt(x); }
 inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_DOUBLE 1
 #define KILN_LANES 1
+// Each of these uses the ones before it.
+// clang-format off
 #include "kernels/lane.h"
 #include "kernels/fresnel.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+// clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace in_double
@@ -32,12 +36,15 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_AS_REAL(x) std::bit_cast<float>(x)
 #define KILN_DOUBLE 0
 #define KILN_LANES 1
+// Each of these uses the ones before it.
+// clang-format off
 #include "kernels/lane.h"
 #include "kernels/fresnel.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+// clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace in_float

@@ -11,10 +11,12 @@ namespace {
 
 constexpr in_double::Integrand kAll = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
 
-in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double alpha, double u, double phi) {
+in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double alpha, double u,
+                          double phi) {
     const in_double::View view = in_double::ggx_view(NoV, alpha);
     const bool ndf = what.importance == KILN_IMPORTANCE_NDF;
-    const double a = ndf ? std::sqrt(u) * std::cos(phi) : std::cos(phi), b = ndf ? std::sqrt(1 - u) : 1 - u;
+    const double a = ndf ? std::sqrt(u) * std::cos(phi) : std::cos(phi),
+                 b = ndf ? std::sqrt(1 - u) : 1 - u;
     const double c = ndf ? 1 / b : u;
     const auto h = in_double::sample_half_vector(what, view, a, b, c);
     return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h), c);
@@ -22,22 +24,28 @@ in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double a
 
 }  // namespace
 
-// f NoL / pdf of a half vector drawn from D, by the published product: D G2 / (4 NoV NoL) · NoL / (D NoH / 4 VoH).
+// f NoL / pdf of a half vector drawn from D, by the published product: D G2 / (4 NoV NoL) · NoL /
+// (D NoH / 4 VoH).
 TEST(Integrand, IsBrdfTimesCosineOverDensity) {
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> uniform(0.01, 0.99);
     const in_double::Integrand ndf = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_NDF, 7};
     for (int i = 0; i < 20000; ++i) {
-        const double NoV = uniform(random), alpha = uniform(random), u = uniform(random), phi = 3.14 * uniform(random);
+        const double NoV = uniform(random), alpha = uniform(random), u = uniform(random),
+                     phi = 3.14 * uniform(random);
         const double t = alpha * std::sqrt(u / (1 - u)), z = 1 / std::sqrt(1 + t * t);
         const textbook::Vector h = {t * z * std::cos(phi), t * z * std::sin(phi), z};
         const double VoH = textbook::dot(textbook::view(NoV), h), NoL = 2 * VoH * z - NoV;
-        const double brdf = NoL > 0 ? textbook::D(h, alpha) * textbook::G2_correlated(NoV, NoL, alpha) / (4 * NoV * NoL) : 0;
+        const double brdf = NoL > 0 ? textbook::D(h, alpha) *
+                                          textbook::G2_correlated(NoV, NoL, alpha) / (4 * NoV * NoL)
+                                    : 0;
         const double wanted = NoL > 0 ? brdf * NoL * 4 * VoH / textbook::all_normals(h, alpha) : 0;
         const in_double::Terms terms = terms_at(ndf, NoV, alpha, u, phi);
-        // A light near the horizon makes NoL a difference: 1e-16 / NoL of relative rounding, with 1e-5 < NoL.
+        // A light near the horizon makes NoL a difference: 1e-16 / NoL of relative rounding, with
+        // 1e-5 < NoL.
         EXPECT_NEAR(terms.weight, wanted, 1e-10 * (1 + wanted));
-        EXPECT_NEAR(terms.fresnel, wanted * std::pow(1 - std::min(VoH, 1.0), 5), 1e-10 * (1 + wanted));
+        EXPECT_NEAR(terms.fresnel, wanted * std::pow(1 - std::min(VoH, 1.0), 5),
+                    1e-10 * (1 + wanted));
     }
 }
 
@@ -45,7 +53,8 @@ TEST(Integrand, WeightAndDeficitAddUpToOne) {
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> uniform(0.001, 0.999);
     for (int i = 0; i < 20000; ++i) {
-        const auto terms = terms_at(kAll, uniform(random), uniform(random), uniform(random), 3.14 * uniform(random));
+        const auto terms = terms_at(kAll, uniform(random), uniform(random), uniform(random),
+                                    3.14 * uniform(random));
         EXPECT_NEAR(terms.weight + terms.deficit, 1, 1e-14);
         EXPECT_GE(terms.weight, 0);
         EXPECT_LE(terms.weight, 1 + 1e-15);  // G2 ≤ G1(V)
@@ -64,7 +73,8 @@ TEST(Integrand, LimitsAreValuesAndNotNaN) {
             EXPECT_NEAR(grazing_mirror.weight, 1, 1e-15);
             EXPECT_NEAR(grazing_mirror.fresnel, 1, 1e-15);
             const auto normal = terms_at(kAll, 1, 0.5, u, phi);
-            EXPECT_TRUE(std::isfinite(normal.weight) && std::isfinite(normal.fresnel) && std::isfinite(normal.deficit));
+            EXPECT_TRUE(std::isfinite(normal.weight) && std::isfinite(normal.fresnel) &&
+                        std::isfinite(normal.deficit));
         }
         const auto grazing = terms_at(kAll, 0, 0.5, u, 1.0);
         EXPECT_NEAR(grazing.weight, 1, 1e-15);  // correlated Smith: all light comes back
@@ -76,23 +86,34 @@ TEST(Integrand, FloatStaysInItsRangeOverRandomExtremes) {
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> exponent(-6, 0), uniform(0, 1);
     const in_float::Integrand what = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
-    // Some twenty roundings of 6e-8. Only where 1 − u nears its least value, 2^-33, does NoL² fall among the
-    // subnormals in its scale, with 1e-45 / 1e-42 of rounding: a thousandth of one sample in four billion.
+    // Some twenty roundings of 6e-8. Only where 1 − u nears its least value, 2^-33, does NoL² fall
+    // among the subnormals in its scale, with 1e-45 / 1e-42 of rounding: a thousandth of one sample
+    // in four billion.
     constexpr float kSlack = 2e-6f, kSlackAtTheRim = 1e-3f;
     for (int i = 0; i < 300000; ++i) {
-        const auto NoV = static_cast<float>(i % 7 == 0 ? 0 : i % 11 == 0 ? 1 : std::pow(10, exponent(random)));
-        const auto alpha = static_cast<float>(i % 5 == 0 ? 0 : i % 13 == 0 ? 1 : std::pow(10, exponent(random)));
-        const double u = i % 3 == 0 ? 0.5 / 4294967296.0 : i % 17 == 0 ? 1 - 0.5 / 4294967296.0 : uniform(random);
+        const auto NoV = static_cast<float>(i % 7 == 0    ? 0
+                                            : i % 11 == 0 ? 1
+                                                          : std::pow(10, exponent(random)));
+        const auto alpha = static_cast<float>(i % 5 == 0    ? 0
+                                              : i % 13 == 0 ? 1
+                                                            : std::pow(10, exponent(random)));
+        const double u = i % 3 == 0    ? 0.5 / 4294967296.0
+                         : i % 17 == 0 ? 1 - 0.5 / 4294967296.0
+                                       : uniform(random);
         const float slack = 1 - u < 1e-6 ? kSlackAtTheRim : kSlack;
         const in_float::View view = in_float::ggx_view(NoV, alpha);
-        const auto cosine = static_cast<float>(i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random)));
-        const auto h = in_float::ggx_sample_vndf(view, cosine, static_cast<float>(1 - u), static_cast<float>(u));
-        const auto terms = in_float::weigh(what, view, h, in_float::ggx_mirror(view, h), static_cast<float>(u));
+        const auto cosine =
+            static_cast<float>(i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random)));
+        const auto h = in_float::ggx_sample_vndf(view, cosine, static_cast<float>(1 - u),
+                                                 static_cast<float>(u));
+        const auto terms =
+            in_float::weigh(what, view, h, in_float::ggx_mirror(view, h), static_cast<float>(u));
         for (const float value : {terms.weight, terms.fresnel, terms.deficit}) {
             ASSERT_TRUE(std::isfinite(value)) << NoV << " " << alpha << " " << u << " " << cosine;
             ASSERT_GE(value, -slack) << NoV << " " << alpha << " " << u << " " << cosine;
-            ASSERT_LE(value - 1, slack) << NoV << " " << alpha << " " << u << " " << cosine << " : "
-                                        << terms.weight - 1 << " " << terms.fresnel << " " << terms.deficit;
+            ASSERT_LE(value - 1, slack)
+                << NoV << " " << alpha << " " << u << " " << cosine << " : " << terms.weight - 1
+                << " " << terms.fresnel << " " << terms.deficit;
         }
     }
 }

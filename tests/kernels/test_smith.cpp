@@ -19,7 +19,9 @@ double textbook_G2_over_G1(int masking, double NoV, double NoL, double alpha) {
     return 1 / (1 + lambda(NoV, alpha) + lambda(NoL, alpha)) / G1_view;
 }
 
-double smith_length(double NoX, double alpha) { return std::sqrt(NoX * NoX + alpha * alpha * (1 - NoX * NoX)); }
+double smith_length(double NoX, double alpha) {
+    return std::sqrt(NoX * NoX + alpha * alpha * (1 - NoX * NoX));
+}
 
 struct Directions {
     double NoV, NoL, alpha, scale;
@@ -39,10 +41,12 @@ TEST(Smith, RatiosAreHeitzsInAnyScaleOfTheLight) {
         const double c = NoV / smith_length(NoV, alpha), S = scale * smith_length(NoL, alpha);
         for (const int masking : {KILN_SMITH_CORRELATED, KILN_SMITH_SEPARABLE}) {
             const double wanted = textbook_G2_over_G1(masking, NoV, NoL, alpha);
-            // Lambda's √(1 + x) − 1 loses up to 1 / x = 2 / (α tanθ)² of 1e-16 where it matters least: 1e-12 in all.
+            // Lambda's √(1 + x) − 1 loses up to 1 / x = 2 / (α tanθ)² of 1e-16 where it matters
+            // least: 1e-12 in all.
             EXPECT_NEAR(in_double::smith_G2_over_G1(masking, c, scale * NoL, S), wanted, 1e-12);
             const double excess = scale * scale * alpha * alpha * (1 - NoL * NoL);
-            EXPECT_NEAR(in_double::smith_deficit(masking, c, scale * NoL, S, excess), 1 - wanted, 1e-12);
+            EXPECT_NEAR(in_double::smith_deficit(masking, c, scale * NoL, S, excess), 1 - wanted,
+                        1e-12);
         }
     }
 }
@@ -51,7 +55,8 @@ TEST(Smith, TheDeficitKeepsItsDigitsInFloat) {
     std::mt19937_64 random(2);
     std::uniform_real_distribution<double> cosine(0.05, 0.999), exponent(-4, -1);
     for (int i = 0; i < 100000; ++i) {
-        const auto NoV = static_cast<float>(cosine(random)), NoL = static_cast<float>(cosine(random));
+        const auto NoV = static_cast<float>(cosine(random)),
+                   NoL = static_cast<float>(cosine(random));
         const auto alpha = static_cast<float>(std::pow(10, exponent(random)));
         for (const int masking : {KILN_SMITH_CORRELATED, KILN_SMITH_SEPARABLE}) {
             const auto in = [&]<typename T>(T) {
@@ -65,8 +70,8 @@ TEST(Smith, TheDeficitKeepsItsDigitsInFloat) {
                     return in_double::smith_deficit(masking, v / S_view, l, S, excess);
             };
             const double exact = in(0.0);
-            // Some twenty roundings of 6e-8 each, of which the square doubles a few; 1 − G2/G1 by subtraction
-            // is wrong in its first digit here.
+            // Some twenty roundings of 6e-8 each, of which the square doubles a few; 1 − G2/G1 by
+            // subtraction is wrong in its first digit here.
             EXPECT_NEAR(in(0.0f) / exact, 1, 1.5e-6) << NoV << " " << NoL << " " << alpha;
         }
     }
