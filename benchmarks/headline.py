@@ -27,7 +27,8 @@ class Server:
         self.folder = tempfile.TemporaryDirectory()
         self.started = time.perf_counter()
         self.process = subprocess.Popen(
-            [os.path.join(binaries, "kilnd"), "serve", "--listen", "127.0.0.1:0", "--data-dir", self.folder.name, *flags],
+            [os.path.join(binaries, "kilnd"), "serve", "--listen", "127.0.0.1:0",
+             "--data-dir", self.folder.name, *flags],
             stderr=subprocess.PIPE, text=True)
         for line in self.process.stderr:
             if "listening on http://" in line:

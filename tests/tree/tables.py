@@ -16,20 +16,14 @@ FILE_LINES_MAX = [
 FUNCTION_LINES_MAX = 70
 COLUMNS_MAX = 120   # a hard limit
 COLUMNS_AIM = 100   # what clang-format keeps to
-WIDE_LINES_MAX = 340  # lines between the two in the whole tree; lower it whenever the test says so
+WIDE_LINES_MAX = 77  # lines between the two in the whole tree; lower it whenever the test says so
 
 # file → lines wider than COLUMNS_MAX
 OVERWIDE_LINES = {
     "cmake/Embed.cmake": 1,  # a regular expression of 81 dots
     "server/compute/CMakeLists.txt": 1,
-    "server/compute/engine.cpp": 1,
-    "server/compute/replicates.cpp": 1,
     "tests/client/CMakeLists.txt": 1,
-    "tests/compute/clfault.cpp": 2,
-    "tests/compute/test_opencl.cpp": 2,
-    "tests/compute/test_points.cpp": 1,
-    "tests/kernels/test_ggx.cpp": 4,
-    "tests/kernels/test_integrand.cpp": 1,
+    "tests/compute/test_opencl.cpp": 1,
 }
 # Files that clang-format would change.
 UNFORMATTED = set()
