@@ -4,10 +4,11 @@
 //
 // The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one
 // sample of one lane group: 2 √ (the cap's sine, the light's Smith length) and 1 ÷ (G2 / G1) on the
-// divider; 17 products, sums, fused products and selections for E, 19 more for B (the reciprocal root,
-// Schlick, the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one such operation every
-// 0.23 ns (measured), E is bound by the divider at 13.5 ns, A and B by the same 13.5 ns as long as the
-// other 36 operations (8.3 ns, and 2.1 ns for the divider's own) run beside it: 1.2 G samples/s a core.
+// divider; 20 products, sums, fused products and selections for E, 20 more for B (the reciprocal
+// root, Schlick, the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one such
+// operation every 0.23 ns (measured), E is bound by the divider at 13.5 ns, A and B by the
+// same 13.5 ns as long as the other 40 operations (9.2 ns, and 2.1 ns for the divider's own) run
+// beside it: 1.2 G samples/s a core.
 #include <benchmark/benchmark.h>
 
 #include <map>
