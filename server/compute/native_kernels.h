@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels for one instruction set and one precision. Included by the native_v*.cpp files, each
-// compiled with its own -march, inside a namespace of its own, with `Register`, `RegisterBits`,
+// The kernels for one instruction set and one precision. Included by native_isa.cpp, which is
+// compiled once an -march, inside a namespace of its own, with `Register`, `RegisterBits`,
 // `scalar`, KILN_LANES and KILN_DOUBLE set. No standard header may be included here: an inline
 // function compiled under a wide -march could be linked into code that runs everywhere.
 
