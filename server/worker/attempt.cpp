@@ -19,9 +19,13 @@ void Attempt::progress(const Progress& progress) {
     const bool rung = mailbox_.take_ring();
     const std::lock_guard lock(mutex_);
     told_ = told_ && progress.fraction == progress_.fraction;
+    // The figures of the whole table are the ones that a finished job keeps.
+    const bool last =
+        progress.fraction >= 1 &&
+        (progress_.fraction < 1 || progress.standard_error_max != progress_.standard_error_max);
     progress_ = progress;
     sign_ = Clock::now();
-    renew_if_due(rung);
+    renew_if_due(rung || last);
 }
 
 Attempt::State Attempt::look() {

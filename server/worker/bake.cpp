@@ -67,13 +67,14 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
     Report& report = outcome.report;
 
     const Clock::time_point encode_start = Clock::now();
+    const std::optional<double> standard_error_max = largest_standard_error(report);
     const Metadata metadata =
         describe(job, Provenance{.kernel_digest = kernel_digest(),
                                  .numerics = report.device.numerics,
                                  .key = image_key(job, report.device.numerics),
-                                 .standard_error_max = largest_standard_error(report)});
-    const auto stay_in_touch = [&control] {
-        control.progress({.fraction = 1, .standard_error_max = {}});
+                                 .standard_error_max = standard_error_max});
+    const auto stay_in_touch = [&] {
+        control.progress({.fraction = 1, .standard_error_max = standard_error_max});
         if (control.cancelled()) throw Cancelled();
     };
     Encoded encoded =

@@ -86,7 +86,7 @@ def arrows(tree, tables):
                 yield f"{path}:{line}: may not include {name}"
 
 
-def library_arrows(tree, tables):
+def linked_arrows(tree, tables):
     """The same arrows in the CMake files: a room that links another can reach all of it."""
     for path, text in tree.having("CMakeLists.txt").items():
         folder = os.path.dirname(path) + "/"
@@ -193,5 +193,5 @@ def packages(tree, tables):
                 yield f"{path}:{line}: packages are installed by {tables.PACKAGE_INSTALLER} alone"
 
 
-RULES = [file_sizes, function_sizes, columns, licence_lines, arrows, library_arrows, banned_words,
+RULES = [file_sizes, function_sizes, columns, licence_lines, arrows, linked_arrows, banned_words,
          heavy_headers, links, named_paths, kernel_tests, packages]
