@@ -18,6 +18,7 @@
 #include "server/base/error.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl.h"
+#include "server/compute/opencl_threads.h"
 
 namespace {
 
@@ -72,6 +73,7 @@ const std::map<std::string, Specialisation> kCases = {
 }  // namespace
 
 int main(int argc, char** argv) {
+    pin_opencl_threads();
     ThreadPool one(1), all(0);
     std::vector<std::unique_ptr<Backend>> backends;
     for (const InstructionSet set : usable_instruction_sets()) {

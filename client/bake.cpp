@@ -9,6 +9,7 @@
 #include "client/interrupt.h"
 #include "client/json.h"
 #include "client/summary.h"
+#include "server/compute/opencl_threads.h"
 #include "server/spec/settings.h"
 #include "server/spec/words.h"
 #include "server/worker/bake.h"
@@ -119,6 +120,7 @@ Result bake_on(const std::string& url, const JobSpec& job, const Stop& stop, Pro
 
 Result bake_here(const JobSpec& job, const Stop& stop, ProgressMode mode) {
     keep_opencl_programs();
+    pin_opencl_threads();
     ProgressView view(mode);
     // A server gives native the job at once and builds OpenCL beside it; one command has nothing
     // else to do.

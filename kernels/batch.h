@@ -7,9 +7,14 @@
 #define KILN_POINT_SCALARS 4
 
 // Points in flight: each stage runs over a stretch of points before the next one starts, so that
-// the dependent √ … √ … ÷ of one point never fill the scheduler of a CPU while the divider waits.
-#ifndef KILN_STRETCH
-#define KILN_STRETCH 8
+// the dependent √ … √ … ÷ of one point never fill the scheduler of a CPU while the divider waits,
+// and so that each stage has fewer other operations than the divider has time for. A GPU hides that
+// behind other work-items.
+#undef KILN_STRETCH
+#ifdef KILN_GPU
+#define KILN_STRETCH 1
+#else
+#define KILN_STRETCH 64
 #endif
 
 // `texel` is the view that stays the same over batches; an average takes its own from every point.
@@ -19,6 +24,7 @@ KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const Vi
     View view[KILN_STRETCH];
     HalfVector h[KILN_STRETCH];
     Light light[KILN_STRETCH];
+    real VoH[KILN_STRETCH];
     view[0] = texel;
     for (unsigned int first = 0; first < point_count; first += KILN_STRETCH) {
         const unsigned int left = point_count - first;
@@ -26,15 +32,19 @@ KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const Vi
         KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * first;
         if (averaged)  // E_avg = ∫ E(√u) du: the view is part of the sample
             for (unsigned int i = 0; i < count; ++i)
-                view[i] = ggx_view(lanes(point[4 * i + 3]), texel.alpha);
+                view[i] = ggx_view(lanes(point[KILN_POINT_SCALARS * i + 3]), texel.alpha);
         for (unsigned int i = 0; i < count; ++i)
-            h[i] = sample_half_vector(what, view[averaged ? i : 0], point[4 * i], point[4 * i + 1],
-                                      point[4 * i + 2]);
-        for (unsigned int i = 0; i < count; ++i)
-            light[i] = ggx_mirror(view[averaged ? i : 0], h[i]);
+            h[i] = sample_half_vector(what, view[averaged ? i : 0], point[KILN_POINT_SCALARS * i],
+                                      point[KILN_POINT_SCALARS * i + 1],
+                                      point[KILN_POINT_SCALARS * i + 2]);
         for (unsigned int i = 0; i < count; ++i) {
-            const Terms terms =
-                weigh(what, view[averaged ? i : 0], h[i], light[i], point[4 * i + 2]);
+            light[i] = ggx_mirror(view[averaged ? i : 0], h[i]);
+            VoH[i] = lanes(K(0.0));
+            if (what.terms & KILN_TERM_FRESNEL) VoH[i] = ggx_VoH(view[averaged ? i : 0], h[i]);
+        }
+        for (unsigned int i = 0; i < count; ++i) {
+            const Terms terms = weigh(what, view[averaged ? i : 0], h[i], light[i], VoH[i],
+                                      point[KILN_POINT_SCALARS * i + 2]);
             sum.weight += terms.weight;
             sum.fresnel += terms.fresnel;
             sum.deficit += terms.deficit;

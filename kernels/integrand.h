@@ -28,7 +28,8 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, sca
 // densities. A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays
 // in the divisor. Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no
 // finite variance.
-KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, scalar c) {
+KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, real VoH,
+                          scalar c) {
     const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
                    lanes(K(0.0))};
@@ -41,7 +42,6 @@ KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light l
         terms.weight = terms.weight * ggx_vndf_over_ndf(view, h, c);
         terms.deficit = K(1.0) - terms.weight;
     }
-    if (what.terms & KILN_TERM_FRESNEL)
-        terms.fresnel = terms.weight * fresnel_schlick_weight(ggx_VoH(view, h));
+    if (what.terms & KILN_TERM_FRESNEL) terms.fresnel = terms.weight * fresnel_schlick_weight(VoH);
     return terms;
 }

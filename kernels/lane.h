@@ -49,7 +49,7 @@ KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
 #ifndef lane_select
 #define lane_select(condition, a, b) ((condition) ? (a) : (b))
 #endif
-KILN_FUNCTION real lanes(scalar x) { return real{} + x; }
+KILN_FUNCTION real lanes(scalar x) { return x - real{}; }
 
 #endif
 

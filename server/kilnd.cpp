@@ -19,6 +19,7 @@
 #include "server/base/error.h"
 #include "server/base/version.h"
 #include "server/compute/kernel_digest.h"
+#include "server/compute/opencl_threads.h"
 #include "server/http/serve.h"
 #include "server/image/image.h"
 #include "server/settings/settings.h"
@@ -96,7 +97,10 @@ int run(const std::string& command, const Settings& settings) {
     raise_descriptor_limit();
     const auto jobs = kiln::open_sqlite_job_store(settings.data_dir + "/jobs.db");
     kiln::DiskBlobStore disk(settings.data_dir, bytes_of(settings.cache_mib));
-    if (command == "worker") return kiln::run_worker(settings, *jobs, disk);
+    if (command == "worker") {
+        kiln::pin_opencl_threads();
+        return kiln::run_worker(settings, *jobs, disk);
+    }
     // Hundreds of connection threads would each grow an arena of their own.
     mallopt(M_ARENA_MAX, 4);
     kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib));

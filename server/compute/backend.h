@@ -37,6 +37,10 @@ struct Launch {
 class Backend {
   public:
     virtual ~Backend() = default;
+    /// Places that are integrated to the end before the next ones start: enough to fill the device,
+    /// few enough that even one batch of the longest is a short call on it, and that their sums
+    /// stay in cache. A multiple of kLanesMax.
+    virtual std::size_t block_places() const { return 8192; }
     /// Throws Error("device_failed") naming the call that failed.
     virtual void run(const Launch<float>& launch) = 0;
     virtual void run(const Launch<double>& launch) = 0;

@@ -17,10 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Places that are integrated to the end before the next block starts: bounds memory, and keeps
-/// sums in cache.
-constexpr std::size_t kBlockPlaces = 65536;
-
 /// Samples a device call may take: milliseconds, so that cancelling and progress are prompt, and
 /// the sums that it hands over are still in cache when they are added up.
 constexpr std::uint64_t kLaunchSamples = 1u << 23;
@@ -75,8 +71,8 @@ class Integration {
 
     template <typename Scalar>
     void run_pass(const Pass& pass) {
-        const std::size_t block =
-            std::min(kBlockPlaces, (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
+        const std::size_t block = std::min(
+            backend_.block_places(), (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
         std::vector<std::array<double, kTermCount>> coefficients;
         for (const std::size_t channel : pass.channels)
             coefficients.push_back(quantity_row(job_.quantities[channel]).coefficients);

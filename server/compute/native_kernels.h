@@ -11,10 +11,8 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 }
 #undef KILN_AS_BITS
 #undef KILN_AS_REAL
-#undef KILN_STRETCH
 #define KILN_AS_BITS(x) ((RegisterBits)(x))
 #define KILN_AS_REAL(x) ((real)(x))
-#define KILN_STRETCH 32
 
 // Each of these uses the ones before it.
 // clang-format off

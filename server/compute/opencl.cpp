@@ -22,6 +22,14 @@ struct Built {
     std::string numerics;
 };
 
+/// The device's memory for sums: kept from one launch to the next, since fresh pages cost more than
+/// what is written there. Never the host's own memory: after a call that failed, nobody knows what
+/// still runs and writes.
+struct Room {
+    cl::Buffer buffer;
+    std::size_t bytes = 0;
+};
+
 /// Options come from closed sets alone: no text of a user can reach the compiler.
 std::string build_options(const Specialisation& what, std::size_t lanes, const cl::Device& device) {
     std::string options = "-cl-std=CL1.2";
@@ -31,7 +39,7 @@ std::string build_options(const Specialisation& what, std::size_t lanes, const c
     };
     define("KILN_DOUBLE", what.precision == Precision::float64 ? 1 : 0);
     define("KILN_LANES", static_cast<int>(lanes));
-    define("KILN_STRETCH", device.cpu ? 32 : 1);
+    if (!device.cpu) define("KILN_GPU", 1);
     define("KILN_MASKING", static_cast<int>(what.masking));
     define("KILN_IMPORTANCE", static_cast<int>(what.importance));
     define("KILN_TERMS", what.terms);
@@ -48,6 +56,7 @@ struct OpenClBackend::State {
     cl::Queue queue;
     mutable std::mutex mutex;  // of `programs` and of building
     std::map<Specialisation, Built> programs;
+    Room sums;  // of run()
 
     explicit State(Backend& native) : oracle(native) {
         auto devices = cl::enumerate();
@@ -95,22 +104,26 @@ struct OpenClBackend::State {
         return built;
     }
 
-    template <typename T>
-    cl::Buffer buffer(cl_mem_flags flags, std::size_t count, const T* data) const {
+    cl::Buffer buffer(cl_mem_flags flags, std::size_t bytes, const void* data) const {
         cl_int status = CL_SUCCESS;
-        void* host = const_cast<void*>(static_cast<const void*>(data));
-        cl::Buffer made(clCreateBuffer(context.get(), flags, count * sizeof(T), host, &status));
+        cl::Buffer made(
+            clCreateBuffer(context.get(), flags, bytes, const_cast<void*>(data), &status));
         cl::check(status, "clCreateBuffer");
         return made;
     }
 
+    template <typename T>
+    cl::Buffer copy(std::span<const T> data) const {
+        return buffer(CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, data.size_bytes(), data.data());
+    }
+
     template <typename Scalar>
-    void launch(const Built& built, const Launch<Scalar>& launch) const {
-        const cl_mem_flags given = CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR;
-        const cl::Buffer texels = buffer(given, launch.texels.size(), launch.texels.data());
-        const cl::Buffer points = buffer(given, launch.points.size(), launch.points.data());
-        const cl::Buffer batches = buffer(given, launch.batches.size(), launch.batches.data());
-        const cl::Buffer sums = buffer<Scalar>(CL_MEM_WRITE_ONLY, launch.sums.size(), nullptr);
+    void launch(const Built& built, const Launch<Scalar>& launch, Room& room) const {
+        const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
+                         batches = copy(launch.batches);
+        if (room.bytes < launch.sums.size_bytes())
+            room = {buffer(CL_MEM_WRITE_ONLY, launch.sums.size_bytes(), nullptr),
+                    launch.sums.size_bytes()};
         const auto batch_count = static_cast<cl_uint>(launch.batches.size());
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
         cl_uint index = 0;
@@ -122,16 +135,17 @@ struct OpenClBackend::State {
         argument(sizeof(cl_mem), batches.address());
         argument(sizeof(batch_count), &batch_count);
         argument(sizeof(stride), &stride);
-        argument(sizeof(cl_mem), sums.address());
+        argument(sizeof(cl_mem), room.buffer.address());
         const std::size_t global = launch.texel_stride / lanes(launch.what.precision);
         const std::size_t local = 1;  // CPUs: a work-item already fills the vector unit
         cl::check(clEnqueueNDRangeKernel(queue.get(), built.kernel.get(), 1, nullptr, &global,
                                          device.cpu ? &local : nullptr, 0, nullptr, nullptr),
                   "clEnqueueNDRangeKernel");
         cl::check(clFinish(queue.get()), "clFinish");
-        cl::check(clEnqueueReadBuffer(queue.get(), sums.get(), CL_TRUE, 0, launch.sums.size_bytes(),
-                                      launch.sums.data(), 0, nullptr, nullptr),
-                  "clEnqueueReadBuffer");
+        cl::check(
+            clEnqueueReadBuffer(queue.get(), room.buffer.get(), CL_TRUE, 0,
+                                launch.sums.size_bytes(), launch.sums.data(), 0, nullptr, nullptr),
+            "clEnqueueReadBuffer");
     }
 
     /// A launch small enough to be free and wide enough to show a contraction or a rounding of its
@@ -150,7 +164,8 @@ struct OpenClBackend::State {
         const std::size_t planes =
             static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
-        launch(built, Launch<Scalar>{what, kStride, texels, points, set.batches, mine});
+        Room room;
+        launch(built, Launch<Scalar>{what, kStride, texels, points, set.batches, mine}, room);
         oracle.run(Launch<Scalar>{what, kStride, texels, points, set.batches, wanted});
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
     }
@@ -176,11 +191,16 @@ bool OpenClBackend::built(const Specialisation& what) const {
     return state_->programs.contains(what);
 }
 
+// A GPU needs more work-items than a CPU has lanes, and is faster by more than that.
+std::size_t OpenClBackend::block_places() const {
+    return state_->device.cpu ? Backend::block_places() : 65536;
+}
+
 void OpenClBackend::run(const Launch<float>& launch) {
-    state_->launch(state_->find(launch.what), launch);
+    state_->launch(state_->find(launch.what), launch, state_->sums);
 }
 void OpenClBackend::run(const Launch<double>& launch) {
-    state_->launch(state_->find(launch.what), launch);
+    state_->launch(state_->find(launch.what), launch, state_->sums);
 }
 
 std::string OpenClBackend::name() const { return state_->device.name; }

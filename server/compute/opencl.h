@@ -26,6 +26,7 @@ class OpenClBackend : public Backend {
     void build(const Specialisation& what);
     bool built(const Specialisation& what) const;
 
+    std::size_t block_places() const override;
     void run(const Launch<float>& launch) override;
     void run(const Launch<double>& launch) override;
 

@@ -27,7 +27,8 @@ void wait_awake(Condition done) {
 
 ThreadPool::ThreadPool(unsigned thread_count) {
     const unsigned total = thread_count == 0 ? usable_cores() : thread_count;
-    for (unsigned i = 1; i < total; ++i) threads_.emplace_back([this] { work(); });
+    shares_ = std::vector<Share>(total);
+    for (unsigned i = 0; i + 1 < total; ++i) threads_.emplace_back([this, i] { work(i); });
 }
 
 ThreadPool::~ThreadPool() {
@@ -38,27 +39,33 @@ ThreadPool::~ThreadPool() {
     start_.notify_all();
 }
 
-void ThreadPool::drain(const std::function<void(std::size_t)>& body) {
-    for (std::size_t i; (i = next_.fetch_add(1, std::memory_order_relaxed)) < count_;) body(i);
+void ThreadPool::drain(std::size_t self, const std::function<void(std::size_t)>& body) {
+    for (std::size_t k = 0; k < shares_.size(); ++k) {
+        Share& share = shares_[(self + k) % shares_.size()];
+        for (std::size_t i; (i = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
+            body(i);
+    }
 }
 
 void ThreadPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
     {
         const std::lock_guard lock(mutex_);
         body_ = &body;
-        count_ = count;
-        next_ = 0;
+        for (std::size_t k = 0; k < shares_.size(); ++k) {
+            shares_[k].next = count * k / shares_.size();
+            shares_[k].end = count * (k + 1) / shares_.size();
+        }
         busy_ = static_cast<unsigned>(threads_.size());
         ++generation_;
     }
     start_.notify_all();
-    drain(body);
+    drain(shares_.size() - 1, body);
     wait_awake([this] { return busy_ == 0; });
     std::unique_lock lock(mutex_);
     finished_.wait(lock, [this] { return busy_ == 0; });
 }
 
-void ThreadPool::work() {
+void ThreadPool::work(std::size_t self) {
     std::size_t seen = 0;
     std::unique_lock lock(mutex_, std::defer_lock);
     for (;;) {
@@ -69,7 +76,7 @@ void ThreadPool::work() {
         seen = generation_;
         const auto* body = body_;
         lock.unlock();
-        drain(*body);
+        drain(self, *body);
         lock.lock();
         if (--busy_ == 0) finished_.notify_one();
         lock.unlock();

@@ -10,7 +10,9 @@
 
 namespace kiln {
 
-/// Threads that share the indices of one loop at a time. The calling thread works too.
+/// Threads that share the indices of one loop at a time. The calling thread works too. A thread
+/// first takes its own share of the indices, the same in each loop of one length, so that what one
+/// loop leaves in a core's cache the next one finds there; then it helps the others.
 class ThreadPool {
   public:
     /// thread_count 0: one a core that this process may use.
@@ -23,14 +25,17 @@ class ThreadPool {
     void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
   private:
-    void work();
-    void drain(const std::function<void(std::size_t)>& body);
+    struct alignas(64) Share {
+        std::atomic<std::size_t> next{0};
+        std::size_t end = 0;
+    };
+    void work(std::size_t self);
+    void drain(std::size_t self, const std::function<void(std::size_t)>& body);
 
     std::mutex mutex_;
     std::condition_variable start_, finished_;
     const std::function<void(std::size_t)>* body_ = nullptr;
-    std::size_t count_ = 0;
-    std::atomic<std::size_t> next_{0};
+    std::vector<Share> shares_;               // one a thread; the calling thread's is the last
     std::atomic<std::size_t> generation_{0};  // written under the mutex, as are the next two
     std::atomic<unsigned> busy_{0};
     std::atomic<bool> stop_{false};

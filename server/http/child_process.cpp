@@ -82,8 +82,9 @@ ChildProcess start_child(const std::vector<std::string>& arguments,
 std::vector<std::string> worker_environment(const std::string& cache_dir) {
     // These choose or bound a device; every other POCL_ variable stays out, as
     // POCL_EXTRA_BUILD_FLAGS and its like change what kernels compute.
-    static constexpr std::array<std::string_view, 4> kKept{
-        "POCL_KERNELLIB_NAME=", "POCL_DEVICES=", "POCL_MAX_PTHREAD_COUNT=", "POCL_MEMORY_LIMIT="};
+    static constexpr std::array<std::string_view, 5> kKept{
+        "POCL_AFFINITY=", "POCL_KERNELLIB_NAME=", "POCL_DEVICES=", "POCL_MAX_PTHREAD_COUNT=",
+        "POCL_MEMORY_LIMIT="};
     std::vector<std::string> kept;
     for (char** entry = environ; *entry != nullptr; ++entry) {
         const std::string_view text = *entry;

@@ -19,7 +19,8 @@ in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double a
                  b = ndf ? std::sqrt(1 - u) : 1 - u;
     const double c = ndf ? 1 / b : u;
     const auto h = in_double::sample_half_vector(what, view, a, b, c);
-    return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h), c);
+    return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h),
+                            in_double::ggx_VoH(view, h), c);
 }
 
 }  // namespace
@@ -106,8 +107,8 @@ TEST(Integrand, FloatStaysInItsRangeOverRandomExtremes) {
             static_cast<float>(i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random)));
         const auto h = in_float::ggx_sample_vndf(view, cosine, static_cast<float>(1 - u),
                                                  static_cast<float>(u));
-        const auto terms =
-            in_float::weigh(what, view, h, in_float::ggx_mirror(view, h), static_cast<float>(u));
+        const auto terms = in_float::weigh(what, view, h, in_float::ggx_mirror(view, h),
+                                           in_float::ggx_VoH(view, h), static_cast<float>(u));
         for (const float value : {terms.weight, terms.fresnel, terms.deficit}) {
             ASSERT_TRUE(std::isfinite(value)) << NoV << " " << alpha << " " << u << " " << cosine;
             ASSERT_GE(value, -slack) << NoV << " " << alpha << " " << u << " " << cosine;
