@@ -17,6 +17,7 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/lane.h"
+#include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
