@@ -225,7 +225,7 @@ KILN_FUNCTION real lane_erfcx_deficit(real a) {
     p = lane_fma(p, y, lanes(K(-0.1259818446)));
     p = lane_fma(p, y, lanes(K(1.171760296)));
 #endif
-    return p / lane_fma(x, lane_fma(K(2.0), x, lanes(K(1.7724538509055161))), lanes(K(1.0)));
+    return p / lane_fma(x, lane_fma(lanes(K(2.0)), x, lanes(K(1.7724538509055161))), lanes(K(1.0)));
 }
 
 // Arc cosine on [−1, 1], radians: π/2 − asin x up to 1/2, beyond that 2 asin √((1 − |x|) / 2) from
