@@ -170,6 +170,8 @@ TEST(Conductor, HasItsLimits) {
     EXPECT_NEAR(evaluate(conductor(1e5, 1e5), 1.0f), 0.99998, 1e-6);
     EXPECT_NEAR(evaluate(conductor(1e5, 1e5), 1e-3f), 0.99009949, 1e-6);
     for (const float VoH : {0.0f, 0.5f, 1.0f}) EXPECT_EQ(evaluate(conductor(1, 0), VoH), 0.0f);
+    // Without absorption and on the rim of total reflection √(ε − s²) is 0: η² = s² = 3/4.
+    EXPECT_NEAR(evaluate(conductor(std::sqrt(0.75), 0), 0.5f), 1.0f, kInFloat);
 }
 
 TEST(Conductor, WithoutAbsorptionIsTheDielectric) {
