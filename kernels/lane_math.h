@@ -228,9 +228,8 @@ KILN_FUNCTION real lane_erfcx_deficit(real a) {
     return p / lane_fma(x, lane_fma(lanes(K(2.0)), x, lanes(K(1.7724538509055161))), lanes(K(1.0)));
 }
 
-// Arc cosine on [−1, 1], radians: π/2 − asin x up to 1/2, beyond that 2 asin √((1 − |x|) / 2) from
-// the nearer end.
-KILN_FUNCTION real lane_acos(real x) {
+// asin x up to 1/2, beyond that asin √((1 − |x|) / 2), half the arc from the nearer end of [−1, 1].
+KILN_FUNCTION real lane_short_arc(real x) {
     const real size = lane_abs(x);
     const real end = K(0.5) * (K(1.0) - size);
     const real z = lane_select(size > K(0.5), end, x * x);
@@ -258,18 +257,35 @@ KILN_FUNCTION real lane_acos(real x) {
     p = lane_fma(p, z, lanes(K(0.07500102982)));
     p = lane_fma(p, z, lanes(K(0.166666663)));
 #endif
-    const real arc = lane_fma(s * z, p, s);
-    // Origins π/2, π and 0 in two parts.
+    return lane_fma(s * z, p, s);
+}
+
+// π/2 in two parts.
+KILN_FUNCTION RealPair lane_half_pi(void) {
 #if KILN_DOUBLE
-    const real half_pi = lanes(K(1.5707963267948966)), rest = lanes(K(6.123233995736766e-17));
+    const RealPair half_pi = {lanes(K(1.5707963267948966)), lanes(K(6.123233995736766e-17))};
 #else
-    const real half_pi = lanes(K(1.57079637)), rest = lanes(K(-4.371139e-8));
+    const RealPair half_pi = {lanes(K(1.57079637)), lanes(K(-4.371139e-8))};
 #endif
-    const real zero = lanes(K(0.0));
-    const real far_origin = lane_select(x < zero, K(2.0) * half_pi, zero);
-    const real far_rest = lane_select(x < zero, K(2.0) * rest, zero);
+    return half_pi;
+}
+
+// Arc cosine on [−1, 1], radians: from its value at 0, at −1 and at 1.
+KILN_FUNCTION real lane_acos(real x) {
+    const RealPair half_pi = lane_half_pi();
+    const real size = lane_abs(x), zero = lanes(K(0.0));
+    const real far_origin = lane_select(x < zero, K(2.0) * half_pi.hi, zero);
+    const real far_rest = lane_select(x < zero, K(2.0) * half_pi.lo, zero);
     const real far_slope = lane_select(x < zero, lanes(K(-2.0)), lanes(K(2.0)));
+    const real origin = lane_select(size > K(0.5), far_origin, half_pi.hi);
+    const real rest = lane_select(size > K(0.5), far_rest, half_pi.lo);
     const real slope = lane_select(size > K(0.5), far_slope, lanes(K(-1.0)));
-    const real origin = lane_select(size > K(0.5), far_origin, half_pi);
-    return origin + lane_fma(slope, arc, lane_select(size > K(0.5), far_rest, rest));
+    return origin + lane_fma(slope, lane_short_arc(x), rest);
+}
+
+// Arc sine on [0, 1], radians.
+KILN_FUNCTION real lane_asin(real x) {
+    const RealPair half_pi = lane_half_pi();
+    const real arc = lane_short_arc(x);
+    return lane_select(x > K(0.5), half_pi.hi + lane_fma(lanes(K(-2.0)), arc, half_pi.lo), arc);
 }

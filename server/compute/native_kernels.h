@@ -19,6 +19,7 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"

@@ -20,8 +20,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 // clang-format off
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
-#include "kernels/diffuse.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
@@ -46,8 +46,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 // clang-format off
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
-#include "kernels/diffuse.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"

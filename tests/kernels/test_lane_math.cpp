@@ -30,6 +30,7 @@ struct Lane;
         static T pow(T x, T y) { return where::lane_pow(x, y); }             \
         static T erfcx_deficit(T x) { return where::lane_erfcx_deficit(x); } \
         static T acos(T x) { return where::lane_acos(x); }                   \
+        static T asin(T x) { return where::lane_asin(x); }                   \
         static T saturate(T x) { return where::lane_saturate(x); }           \
         static T abs(T x) { return where::lane_abs(x); }                     \
         static T min(T x, T y) { return where::lane_min(x, y); }             \
@@ -110,8 +111,8 @@ TYPED_TEST(LaneMath, PowersOfTwoEndInZeroInfinityAndNaN) {
     EXPECT_EQ(L::exp(infinity), infinity);
     EXPECT_EQ(L::gauss(infinity), T(0));
     EXPECT_EQ(L::gauss(TestFixture::kHuge), T(0));
-    for (const auto f :
-         {L::exp2, L::exp, L::gauss, L::log2, L::acos, L::erfcx_deficit, L::saturate, L::abs})
+    for (const auto f : {L::exp2, L::exp, L::gauss, L::log2, L::acos, L::asin, L::erfcx_deficit,
+                         L::saturate, L::abs})
         EXPECT_TRUE(std::isnan(f(TestFixture::kNaN)));
     EXPECT_TRUE(std::isnan(L::pow(TestFixture::kNaN, 2)));
     EXPECT_TRUE(std::isnan(L::pow(2, TestFixture::kNaN)));
@@ -233,6 +234,11 @@ TYPED_TEST(LaneMath, ArcCosines) {
     EXPECT_LE(worst(arguments<T>(-1, 1), L::acos, right), 2.0L);
     EXPECT_LE(worst(arguments<T>(T(0.999), 1), L::acos, right), 2.0L);
     EXPECT_LE(worst(arguments<T>(T(-0.001), T(0.001)), L::acos, right), 1.0L);
+    const auto sine = [](Wide x) { return std::asin(x); };
+    // just above 1/2, twice the arc is π/3 and its last place counts two of the result's
+    EXPECT_LE(worst(arguments<T>(0, 1), L::asin, sine), 3.0L);
+    EXPECT_LE(worst(arguments<T>(0, T(0.001)), L::asin, sine), 1.0L);
+    EXPECT_EQ(L::asin(1), std::numbers::pi_v<T> / 2);
     EXPECT_EQ(L::acos(1), T(0));
     EXPECT_EQ(L::acos(0), std::numbers::pi_v<T> / 2);
     EXPECT_EQ(L::acos(-1), std::numbers::pi_v<T>);
