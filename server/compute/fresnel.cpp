@@ -101,25 +101,6 @@ double f82_bend(double f0, double f82) {
 
 }  // namespace
 
-int channel_count(const FresnelModel& model) {
-    const auto most = [](auto... sizes) { return static_cast<int>(std::max({sizes...})); };
-    switch (model.model) {
-        case Fresnel::none:
-            return 1;
-        case Fresnel::schlick:
-            return most(model.f0.size(), model.f90.size());
-        case Fresnel::dielectric:
-            return most(model.ior.size());
-        case Fresnel::conductor:
-            return model.metal ? 3 : most(model.eta.size(), model.k.size());
-        case Fresnel::edge_tint:
-            return most(model.reflectivity.size(), model.edge_tint.size());
-        case Fresnel::f82_tint:
-            return most(model.f0.size(), model.f82.size());
-    }
-    __builtin_unreachable();
-}
-
 int fresnel_function(const FresnelModel& model) {
     switch (model.model) {
         case Fresnel::none:

@@ -20,9 +20,6 @@ struct FresnelLimits {
 /// Slots a channel, = KILN_FRESNEL_PARAMETERS.
 inline constexpr int kFresnelParameters = 8;
 
-/// 3 when a parameter of the model has three values, else 1.
-int channel_count(const FresnelModel& model);
-
 /// Which function of kernels/fresnel.h evaluates the model: its KILN_FRESNEL_ number.
 int fresnel_function(const FresnelModel& model);
 

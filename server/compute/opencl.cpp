@@ -30,6 +30,12 @@ struct Room {
     std::size_t bytes = 0;
 };
 
+/// The kind of points that a program takes.
+PointKind trial_points(const KernelMaterial& material) {
+    return point_kind(static_cast<Distribution>(material.distribution),
+                      static_cast<Importance>(material.importance));
+}
+
 /// Options come from closed sets alone: no text of a user can reach the compiler.
 std::string build_options(const Specialisation& what, std::size_t lanes, const cl::Device& device) {
     std::string options = "-cl-std=CL1.2";
@@ -40,10 +46,15 @@ std::string build_options(const Specialisation& what, std::size_t lanes, const c
     define("KILN_DOUBLE", what.precision == Precision::float64 ? 1 : 0);
     define("KILN_LANES", static_cast<int>(lanes));
     if (!device.cpu) define("KILN_GPU", 1);
-    define("KILN_MASKING", static_cast<int>(what.masking));
-    define("KILN_IMPORTANCE", static_cast<int>(what.importance));
-    define("KILN_TERMS", what.terms);
-    define("KILN_AVERAGED", what.averaged ? 1 : 0);
+    const KernelMaterial& material = what.material;
+    define("KILN_DISTRIBUTION", material.distribution);
+    define("KILN_MASKING", material.masking);
+    define("KILN_IMPORTANCE", material.importance);
+    define("KILN_TERMS", material.terms);
+    define("KILN_AVERAGED", material.averaged);
+    define("KILN_FRESNEL", material.fresnel);
+    define("KILN_DIFFUSE", material.diffuse);
+    define("KILN_GENERAL", material.general);
     return options;
 }
 
@@ -120,6 +131,7 @@ struct OpenClBackend::State {
     template <typename Scalar>
     void launch(const Built& built, const Launch<Scalar>& launch, Room& room) const {
         const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
+                         parameters = copy(launch.parameters),
                          batches = copy(launch.batches);
         if (room.bytes < launch.sums.size_bytes())
             room = {buffer(CL_MEM_WRITE_ONLY, launch.sums.size_bytes(), nullptr),
@@ -132,6 +144,7 @@ struct OpenClBackend::State {
         };
         argument(sizeof(cl_mem), texels.address());
         argument(sizeof(cl_mem), points.address());
+        argument(sizeof(cl_mem), parameters.address());
         argument(sizeof(cl_mem), batches.address());
         argument(sizeof(batch_count), &batch_count);
         argument(sizeof(stride), &stride);
@@ -159,14 +172,19 @@ struct OpenClBackend::State {
             const double roughness = (static_cast<double>(i / 8) + 0.5) / 8;
             texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
         }
-        const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kPoints);
+        std::vector<Scalar> parameters(kParameterCount);  // legal for every model
+        for (std::size_t p = 0; p < kParameterCount; ++p)
+            parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+        const PointSet set = make_points(Sampler::sobol_owen, trial_points(what.material), 0, kPoints);
         const std::vector<Scalar> points(set.values.begin(), set.values.end());
         const std::size_t planes =
-            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms)));
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
         Room room;
-        launch(built, Launch<Scalar>{what, kStride, texels, points, set.batches, mine}, room);
-        oracle.run(Launch<Scalar>{what, kStride, texels, points, set.batches, wanted});
+        Launch<Scalar> trial{what, kStride, texels, points, parameters, set.batches, mine};
+        launch(built, trial, room);
+        trial.sums = wanted;
+        oracle.run(trial);
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
     }
 };

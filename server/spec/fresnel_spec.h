@@ -36,4 +36,7 @@ struct FresnelModel {
     bool operator==(const FresnelModel&) const = default;
 };
 
+/// 3 when a number that the model reads has three values, else 1.
+int channel_count(const FresnelModel& model);
+
 }  // namespace kiln

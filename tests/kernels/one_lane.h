@@ -26,6 +26,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/microfacet.h"
+#include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES
@@ -52,6 +54,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/microfacet.h"
+#include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES
