@@ -225,7 +225,8 @@ KILN_FUNCTION real lane_erfcx_deficit(real a) {
     p = lane_fma(p, y, lanes(K(-0.1259818446)));
     p = lane_fma(p, y, lanes(K(1.171760296)));
 #endif
-    return p / lane_fma(x, lane_fma(K(2.0), x, lanes(K(1.7724538509055161))), lanes(K(1.0)));
+    const real slope = lane_fma(lanes(K(2.0)), x, lanes(K(1.7724538509055161)));
+    return p / lane_fma(x, slope, lanes(K(1.0)));
 }
 
 // asin x up to 1/2, beyond that asin √((1 − |x|) / 2), half the arc from the nearer end of [−1, 1].
