@@ -177,7 +177,7 @@ KILN_FUNCTION real diffuse_chan_2024(Directions d, real roughness, scalar albedo
     return albedo * lane_fma(lanes(K(0.38)), alpha, single);
 }
 
-KILN_FUNCTION real diffuse_lobe(const int model, Directions d, real roughness, scalar albedo) {
+KILN_CALLED real diffuse_lobe(const int model, Directions d, real roughness, scalar albedo) {
     if (model == KILN_DIFFUSE_BURLEY) return diffuse_burley(d, roughness, albedo);
     if (model == KILN_DIFFUSE_OREN_NAYAR) return diffuse_oren_nayar(d, roughness, albedo);
     if (model == KILN_DIFFUSE_OREN_NAYAR_FULL) return diffuse_oren_nayar_full(d, roughness, albedo);

@@ -94,7 +94,7 @@ KILN_FUNCTION real fresnel_f82_tint(KILN_GLOBAL const scalar* p, real VoH) {
     return lane_fma(fresnel_schlick_weight(VoH), bend, lanes(p[0]));
 }
 
-KILN_FUNCTION real fresnel(const int model, KILN_GLOBAL const scalar* p, real VoH) {
+KILN_CALLED real fresnel(const int model, KILN_GLOBAL const scalar* p, real VoH) {
     if (model == KILN_FRESNEL_SCHLICK) return fresnel_schlick(p, VoH);
     if (model == KILN_FRESNEL_SCHLICK_POWER) return fresnel_schlick_power(p, VoH);
     if (model == KILN_FRESNEL_DIELECTRIC) return fresnel_dielectric(p, VoH);

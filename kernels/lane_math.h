@@ -73,7 +73,7 @@ KILN_FUNCTION real lane_exp2_pair(RealPair x) {
     return lane_select(x.hi < K(3.0) - KILN_EXPONENT_MAX, lanes(K(0.0)), bounded);
 }
 
-KILN_FUNCTION real lane_exp2(real x) {
+KILN_CALLED real lane_exp2(real x) {
     const RealPair exponent = {x, lanes(K(0.0))};
     return lane_exp2_pair(exponent);
 }
@@ -92,10 +92,10 @@ KILN_FUNCTION RealPair lane_times_log2e(real factor, real rest) {
 }
 
 // 0 below −86.6 (−707.7), ∞ from 88.7 (709.8).
-KILN_FUNCTION real lane_exp(real x) { return lane_exp2_pair(lane_times_log2e(x, lanes(K(0.0)))); }
+KILN_CALLED real lane_exp(real x) { return lane_exp2_pair(lane_times_log2e(x, lanes(K(0.0)))); }
 
 // exp(−x²), with the rounding of the square put right: of x² = 80, half an ulp is 4e-6.
-KILN_FUNCTION real lane_exp_minus_square(real x) {
+KILN_CALLED real lane_exp_minus_square(real x) {
     const real square = x * x;
     return lane_exp2_pair(lane_times_log2e(-square, -lane_fma(x, x, -square)));
 }
@@ -155,13 +155,13 @@ KILN_FUNCTION RealPair lane_log2_pair(real x) {
     return log2;
 }
 
-KILN_FUNCTION real lane_log2(real x) {
+KILN_CALLED real lane_log2(real x) {
     const RealPair log2 = lane_log2_pair(x);
     return log2.hi + log2.lo;
 }
 
 // x^y of finite x ≥ 0: 0^y is 0 for y > 0, 1 for y = 0, ∞ for y < 0.
-KILN_FUNCTION real lane_pow(real x, real y) {
+KILN_CALLED real lane_pow(real x, real y) {
     const RealPair log2 = lane_log2_pair(x);
     RealPair exponent;
     exponent.hi = y * log2.hi;
@@ -173,7 +173,7 @@ KILN_FUNCTION real lane_pow(real x, real y) {
 // a → ∞, where it is 1 / (2 a²). It is what Beckmann's masking needs (Heitz 2014, table 1):
 //   Λ(a) = (erf a − 1) / 2 + exp(−a²) / (2 a √π) = exp(−a²) (1 − √π a erfcx a) / (2 √π a).
 // Past a = 10 (27) the exponential is 0, and the value at 10 (27) is returned.
-KILN_FUNCTION real lane_erfcx_deficit(real a) {
+KILN_CALLED real lane_erfcx_deficit(real a) {
 #if KILN_DOUBLE
     const real end = lanes(K(27.0));
 #else
@@ -225,7 +225,8 @@ KILN_FUNCTION real lane_erfcx_deficit(real a) {
     p = lane_fma(p, y, lanes(K(-0.1259818446)));
     p = lane_fma(p, y, lanes(K(1.171760296)));
 #endif
-    return p / lane_fma(x, lane_fma(lanes(K(2.0)), x, lanes(K(1.7724538509055161))), lanes(K(1.0)));
+    const real slope = lane_fma(lanes(K(2.0)), x, lanes(K(1.7724538509055161)));
+    return p / lane_fma(x, slope, lanes(K(1.0)));
 }
 
 // asin x up to 1/2, beyond that asin √((1 − |x|) / 2), half the arc from the nearer end of [−1, 1].
@@ -271,7 +272,7 @@ KILN_FUNCTION RealPair lane_half_pi(void) {
 }
 
 // Arc cosine on [−1, 1], radians: from its value at 0, at −1 and at 1.
-KILN_FUNCTION real lane_acos(real x) {
+KILN_CALLED real lane_acos(real x) {
     const RealPair half_pi = lane_half_pi();
     const real size = lane_abs(x), zero = lanes(K(0.0));
     const real far_origin = lane_select(x < zero, K(2.0) * half_pi.hi, zero);
@@ -284,7 +285,7 @@ KILN_FUNCTION real lane_acos(real x) {
 }
 
 // Arc sine on [0, 1], radians.
-KILN_FUNCTION real lane_asin(real x) {
+KILN_CALLED real lane_asin(real x) {
     const RealPair half_pi = lane_half_pi();
     const real arc = lane_short_arc(x);
     return lane_select(x > K(0.5), half_pi.hi + lane_fma(lanes(K(-2.0)), arc, half_pi.lo), arc);

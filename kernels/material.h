@@ -30,7 +30,7 @@ KILN_FUNCTION int is_fast_lobe(const Material what) {
            what.importance <= KILN_IMPORTANCE_NDF;
 }
 
-KILN_FUNCTION real fresnel_power(real VoH, scalar exponent) {
+KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
     const real base = K(1.0) - VoH;
     const real m = lane_select(base > K(0.0), base, lanes(K(0.0)));
     return lane_pow(m, lanes(exponent));
@@ -52,7 +52,7 @@ KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p
 }
 
 // {f NoL / pdf, VoH, 1 − that without the subtraction where the lobe knows how}.
-KILN_FUNCTION Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
+KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
                                 real* VoH) {
     const real none = lanes(K(0.0));
     if (is_fast_lobe(what)) {

@@ -44,7 +44,7 @@ KILN_FUNCTION real charlie_D(real alpha, real sin2_H) {
     return lane_select(alpha > none, D, none);
 }
 
-KILN_FUNCTION real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
+KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
     if (distribution == KILN_BECKMANN) return beckmann_D(alpha, NoH, sin2_H);
     if (distribution == KILN_CHARLIE) return charlie_D(alpha, sin2_H);
     return ggx_D(alpha, NoH, sin2_H);
@@ -80,7 +80,7 @@ KILN_FUNCTION real charlie_L(real alpha, real x) {
     return a / (K(1.0) + b * lane_pow(x, c)) + d * x + e;
 }
 
-KILN_FUNCTION real charlie_log_lambda(real alpha, real NoX) {
+KILN_CALLED real charlie_log_lambda(real alpha, real NoX) {
     const real low = charlie_L(alpha, NoX);
     const real high = K(2.0) * charlie_L(alpha, lanes(K(0.5))) - charlie_L(alpha, K(1.0) - NoX);
     return lane_select(NoX < K(0.5), low, high);
@@ -98,7 +98,7 @@ KILN_FUNCTION real charlie_visibility(const int masking, real alpha, real NoV, r
     return K(0.25) / (sum * NoV * NoL);
 }
 
-KILN_FUNCTION real microfacet_visibility(const int distribution, const int masking, real alpha,
+KILN_CALLED real microfacet_visibility(const int distribution, const int masking, real alpha,
                                          Scattering s) {
     const real NoV = s.NoV, NoL = s.NoL;
     if (masking == KILN_KARIS_IBL) return karis_visibility(K(0.5) * alpha, NoV, NoL);

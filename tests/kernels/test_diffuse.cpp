@@ -45,23 +45,35 @@ std::vector<Node> gauss(int n) {
     return nodes;
 }
 
-/// ∫ f NoL dω, in panels between the models' kinks at NoL = NoV and φ = π/2.
+/// `nodes` on every one of `pieces` equal parts of [ends[0], ends[1]] and of [ends[1], ends[2]].
+std::vector<Node> panels(const std::array<double, 3>& ends, int pieces,
+                         const std::vector<Node>& nodes) {
+    std::vector<Node> out;
+    for (std::size_t side = 0; side < 2; ++side)
+        for (int piece = 0; piece < pieces; ++piece)
+            for (const Node& node : nodes) {
+                const double width = ends[side + 1] - ends[side];
+                out.push_back(
+                    {ends[side] + width * (piece + node.x) / pieces, width * node.weight / pieces});
+            }
+    return out;
+}
+
+/// ∫ f NoL dω, in panels between the models' kinks at NoL = NoV and φ = π/2. The upper bound of
+/// Chan 2018 is a kink along a curve: many short panels follow it.
 double albedo(int model, double NoV, double roughness, double rho) {
-    static const std::vector<Node> nodes = gauss(96);
-    const std::array<double, 3> theta = {0, std::acos(NoV), pi / 2};
-    const std::array<double, 3> phi = {0, pi / 2, pi};
+    const int pieces = model == KILN_DIFFUSE_CHAN_2018 ? 12 : 1;
+    static const std::vector<Node> nodes = gauss(96), few = gauss(24);
+    const std::vector<Node>& used = pieces > 1 ? few : nodes;
+    const std::vector<Node> theta = panels({0, std::acos(NoV), pi / 2}, pieces, used);
+    const std::vector<Node> phi = panels({0, pi / 2, pi}, pieces, used);
     double sum = 0;
-    for (std::size_t i = 0; i < 2; ++i)
-        for (std::size_t j = 0; j < 2; ++j)
-            for (const Node& a : nodes)
-                for (const Node& b : nodes) {
-                    const double t = std::lerp(theta[i], theta[i + 1], a.x);
-                    const double p = std::lerp(phi[j], phi[j + 1], b.x);
-                    const double NoL = std::cos(t), sinL = std::sin(t);
-                    const Directions d = diffuse_directions(NoV, NoL, sinL, std::cos(p));
-                    sum += (theta[i + 1] - theta[i]) * (phi[j + 1] - phi[j]) * a.weight * b.weight *
-                           NoL * sinL * diffuse_lobe(model, d, roughness, rho);
-                }
+    for (const Node& t : theta)
+        for (const Node& p : phi) {
+            const double NoL = std::cos(t.x), sinL = std::sin(t.x);
+            const Directions d = diffuse_directions(NoV, NoL, sinL, std::cos(p.x));
+            sum += t.weight * p.weight * NoL * sinL * diffuse_lobe(model, d, roughness, rho);
+        }
     return 2 * sum / pi;
 }
 
