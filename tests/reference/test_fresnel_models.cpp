@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "tests/reference/fresnel_models.h"
@@ -24,8 +23,8 @@ TEST(FresnelModels, NormalViewAndBrewster) {
         EXPECT_NEAR(f.at(0), 1, kExact) << ior;
     }
     for (const double k : {0.5, 3.4})
-        EXPECT_NEAR(fresnel_conductor(.18, k).at(1),
-                    (.82 * .82 + k * k) / (1.18 * 1.18 + k * k), kExact);
+        EXPECT_NEAR(fresnel_conductor(.18, k).at(1), (.82 * .82 + k * k) / (1.18 * 1.18 + k * k),
+                    kExact);
 }
 
 TEST(FresnelModels, TotalReflectionStartsAtTheKink) {
@@ -61,8 +60,8 @@ double conductor_in_reals(double n, double k, double c) {
     const double s2 = 1 - c * c, t0 = n * n - k * k - s2;
     const double q = std::sqrt(t0 * t0 + 4 * n * n * k * k), a = std::sqrt((q + t0) / 2);
     const double rs = (q + c * c - 2 * a * c) / (q + c * c + 2 * a * c);
-    const double rp = rs * (c * c * q + s2 * s2 - 2 * a * c * s2) /
-                      (c * c * q + s2 * s2 + 2 * a * c * s2);
+    const double rp =
+        rs * (c * c * q + s2 * s2 - 2 * a * c * s2) / (c * c * q + s2 * s2 + 2 * a * c * s2);
     return (rs + rp) / 2;
 }
 
@@ -116,14 +115,15 @@ TEST(FresnelModels, AveragesHaveTheirClosedForms) {
         EXPECT_NEAR(fresnel_average(fresnel_dielectric(n)), dielectric_average(n), 1e-11) << n;
         // Inside: what passes out is what passes in, over n^2.
         EXPECT_NEAR(1 - fresnel_average(fresnel_dielectric(1 / n)),
-                    (1 - dielectric_average(n)) / (n * n), 1e-11) << n;
+                    (1 - dielectric_average(n)) / (n * n), 1e-11)
+            << n;
     }
     for (const double exponent : {1., 3.5, 5.})
         EXPECT_NEAR(fresnel_average(fresnel_schlick(.04, .9, exponent)),
                     .04 + .86 * 2 / ((exponent + 1) * (exponent + 2)), kExact);
     const double b = fresnel_schlick(.6).at(1.0 / 7) * .3 * 7 * std::pow(7.0 / 6, 6);
     EXPECT_NEAR(fresnel_average(fresnel_f82_tint(.6, .7)), .6 + .4 / 21 - b / 126, kExact);
-    EXPECT_EQ(fresnel_average(fresnel_none()), 1);
+    EXPECT_NEAR(fresnel_average(fresnel_none()), 1, kExact);
 }
 
 TEST(FresnelModels, PublishedAverages) {
@@ -134,15 +134,17 @@ TEST(FresnelModels, PublishedAverages) {
     EXPECT_NEAR(fresnel_average(fresnel_conductor(.18, 3.4)), .9425768285986023, kExact);
 }
 
-// The polynomial in common use for the average under an edge tint is a fit, said to be good to some
-// 1e-2: it tells a swapped argument or a wrong n(r, g), nothing finer.
+// The polynomial in common use for the average under an edge tint is a coarse fit: at g = 1, where
+// n < 1, it is 4.6e-2 low (.4624 for .5083 at r = .4), elsewhere within 2e-2. It tells swapped
+// arguments or a wrong n(r, g), nothing finer.
 TEST(FresnelModels, EdgeTintAverageIsNearItsFit) {
     for (const double r : {.1, .4, .7, .95})
         for (const double g : {0., .5, 1.}) {
             const double fit = .087237 + .0230685 * g - .0864902 * g * g + .0774594 * g * g * g +
                                .782654 * r - .136432 * r * r + .278708 * r * r * r +
                                .19744 * r * g + .0360605 * g * g * r - .2586 * g * r * r;
-            EXPECT_NEAR(fresnel_average(fresnel_edge_tint(r, g)), fit, 2e-2) << r << ' ' << g;
+            EXPECT_NEAR(fresnel_average(fresnel_edge_tint(r, g)), fit, g < 1 ? 2e-2 : 5e-2)
+                << r << ' ' << g;
         }
 }
 

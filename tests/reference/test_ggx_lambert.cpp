@@ -22,7 +22,8 @@ TEST(GgxLambert, FirstBounceOfTheWalkIsTheQuadrature) {
         for (const double mu : {.02, .3, 1.}) {
             const WalkedAlbedo walked = ggx_lambert_walked_albedo(alpha, mu, 1, 100000, seed++);
             EXPECT_NEAR(walked.single.mean, ggx_lambert_single_albedo(alpha, mu),
-                        kSigmas * walked.single.standard_error) << alpha << ' ' << mu;
+                        kSigmas * walked.single.standard_error)
+                << alpha << ' ' << mu;
             EXPECT_LT(walked.single.standard_error, 2e-3);
         }
     const WalkedAlbedo average = ggx_lambert_walked_average(.5, 1, 100000, 5);
@@ -59,8 +60,7 @@ TEST(GgxLambert, RoughestSurfaceSeenFromAbove) {
     double sum = 0;
     for (std::size_t j = 0; j < rule.weight.size(); ++j) {
         const double l = rule.from0[j], angle = std::acos(l);
-        sum += rule.weight[j] * 2 * l / (1 + l) * 2 / 3 *
-               (std::sin(angle) + (kPi - angle) * l);
+        sum += rule.weight[j] * 2 * l / (1 + l) * 2 / 3 * (std::sin(angle) + (kPi - angle) * l);
     }
     EXPECT_NEAR(ggx_lambert_single_albedo(1, 1), 2 / kPi * sum, 1e-9);
     EXPECT_NEAR(ggx_lambert_single_albedo(1, 1, Masking::separable), 2 / kPi * sum, 1e-9);
