@@ -66,18 +66,22 @@ TEST(GgxLambert, RoughestSurfaceSeenFromAbove) {
     EXPECT_NEAR(ggx_lambert_single_albedo(1, 1, Masking::separable), 2 / kPi * sum, 1e-9);
 }
 
-// The point function integrated by a midpoint rule over NoL^2 and the azimuth; its error at n
-// points each is of the order of 1/n^2 = 1e-3, less the smoothness: seen 2e-4.
+// The point function integrated by a midpoint rule over NoL^2 and the azimuth; n points each leave
+// 1/n^2 = 2e-2 times the relative spread of a function that is nearly constant, some 0.2.
 TEST(GgxLambert, PointFunctionSumsToTheAlbedo) {
-    constexpr int n = 12;
-    for (const Masking masking : {Masking::correlated, Masking::separable}) {
-        double sum = 0;
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j)
-                sum += ggx_lambert_single(.5, .6, std::sqrt((i + .5) / n),
-                                          std::cos(kPi * (j + .5) / n), masking);
-        EXPECT_NEAR(kPi * sum / (n * n), ggx_lambert_single_albedo(.5, .6, masking), 1e-3);
-    }
+    constexpr int n = 7;
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            sum +=
+                ggx_lambert_single(.5, .6, std::sqrt((i + .5) / n), std::cos(kPi * (j + .5) / n));
+    EXPECT_NEAR(kPi * sum / (n * n), ggx_lambert_single_albedo(.5, .6), 4e-3);
+    // Masking is a factor that knows no azimuth: G1 G1 (1 + Lv + Ll).
+    const auto lambda = [](double c) { return (std::sqrt(1 + .25 * (1 / (c * c) - 1)) - 1) / 2; };
+    const double v = lambda(.6), l = lambda(.2);
+    EXPECT_NEAR(ggx_lambert_single(.5, .6, .2, .1, Masking::separable) /
+                    ggx_lambert_single(.5, .6, .2, .1, Masking::correlated),
+                (1 + v + l) / ((1 + v) * (1 + l)), 1e-6);
     EXPECT_NEAR(ggx_lambert_single(.4, .3, .9, -.5), ggx_lambert_single(.4, .9, .3, -.5), 1e-6);
 }
 
