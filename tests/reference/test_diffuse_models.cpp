@@ -113,20 +113,22 @@ TEST(DiffuseModels, AveragesOfFonAndBurley) {
     EXPECT_NEAR(diffuse_average({DiffuseModel::burley, 0}), 41.0 * 41 / (42 * 42), 1e-7);
 }
 
-// A midpoint rule over NoL and the azimuth that knows no kink: a jump of slope leaves 1/n^2 = 4e-6
-// times the jump, of the order of 1. chan2018's clamp is one of those kinks.
+// A midpoint rule over NoL and the azimuth that knows no kink: a jump of slope leaves 1/n^2 times
+// the jump, of the order of 1. chan2018's clamp is one of those kinks, and not splitting at it
+// costs 7e-6 at NoV = .02.
 TEST(DiffuseModels, KinksAreSplitWhereTheyAre) {
-    const auto brute = [](const Diffuse& lobe, double mu) {
-        constexpr int n = 500;
+    const auto brute = [](const Diffuse& lobe, double mu, int n = 500) {
         double sum = 0;
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
                 const double NoL = (i + .5) / n;
                 sum += 2 * NoL * diffuse_brdf(lobe, mu, NoL, std::cos(kPi * (j + .5) / n));
             }
-        return kPi * sum / (n * n);
+        return kPi * sum / (1.0 * n * n);
     };
-    for (const Diffuse& lobe : {Diffuse{DiffuseModel::chan2018, 1},
+    const Diffuse roughest{DiffuseModel::chan2018, 1};
+    EXPECT_NEAR(diffuse_albedo(roughest, .02), brute(roughest, .02, 2000), 2e-6);
+    for (const Diffuse& lobe : {roughest,
                                 {DiffuseModel::chan2018, .6},
                                 {DiffuseModel::chan2024, .4},
                                 {DiffuseModel::oren_nayar_full, .6}})
