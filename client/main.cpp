@@ -38,8 +38,7 @@ void add_json(CLI::App& command, Arguments& arguments) {
 
 void add_server(CLI::App& command, std::string& server) {
     command
-        .add_option("--server", server,
-                    std::string("server's URL; also KILN_SERVER; else ") + kDefaultServer)
+        .add_option("--server", server, "server's URL; also KILN_SERVER; else " + kDefaultServer)
         ->type_name("URL");
 }
 

@@ -92,8 +92,11 @@ Json values_of(const nlohmann::json& schema, int depth) {
     return values;
 }
 
-Json limits_of(const Settings& settings) {
+Json limits_of(const Settings& settings, const Bounds& bounds) {
     Json all = Json::parse(limits_json());
+    for (const Bound& bound : bounds)
+        all[std::string(bound.name)] = {
+            {"value", bound.value}, {"unit", bound.unit}, {"description", bound.description}};
     for (const Setting& setting : settings_table()) {
         const auto* number = std::get_if<std::int64_t Settings::*>(&setting.field);
         if (number == nullptr || setting.reader == Reader::supervised) continue;
@@ -142,7 +145,7 @@ std::string capabilities_document(const Service& service) {
                     {"kernel_digest", parts.engine.substr(0, slash)},
                     {"encoder_revision", parts.engine.substr(slash + 1)},
                     {"device", parts.settings.device},
-                    {"limits", limits_of(parts.settings)},
+                    {"limits", limits_of(parts.settings, parts.bounds)},
                     {"values", values_of(job, 2)},
                     {"workers", workers},
                     {"openapi", "/openapi.json"}});

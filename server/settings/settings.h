@@ -8,12 +8,17 @@
 #include <variant>
 #include <vector>
 
+#include "server/base/default_address.h"
+
 namespace kiln {
+
+/// Largest value of the setting `workers`.
+inline constexpr std::int64_t kWorkersMax = 64;
 
 /// What an operator may set. The values here are the defaults; names, ranges, units and help are in
 /// settings_table(), which flags, environment, --help and /v1/capabilities are made from.
 struct Settings {
-    std::string listen = "127.0.0.1:8117";
+    std::string listen = kDefaultAddress;
     std::string data_dir;  ///< "" stands for the state directory of the user, see resolve()
     std::string device = "auto";
     std::int64_t workers = 1;

@@ -19,7 +19,7 @@ const std::vector<Setting>& settings_table() {
          "jobs and results; default: kiln under the user's state directory"},
         {"device", &S::device, 0, 0, {"auto", "opencl", "native"}, "", R::both,
          "where jobs may run"},
-        {"workers", &S::workers, 0, 64, {}, "processes", R::serve,
+        {"workers", &S::workers, 0, kWorkersMax, {}, "processes", R::serve,
          "worker processes to start; 0 leaves the work to workers started elsewhere"},
         {"threads", &S::threads, 0, 1024, {}, "threads", R::both,
          "of the native backend of each worker; 0 is every core"},

@@ -13,14 +13,13 @@
 
 #include "server/base/error.h"
 #include "server/base/sha256.h"
+#include "server/store/bounds.h"
 
 namespace kiln {
 
 namespace {
 
 constexpr std::string_view kTemporaryPrefix = ".tmp.";
-// Enough to look into what went wrong; the oldest go first.
-constexpr std::size_t kQuarantineFilesMax = 16;
 
 constexpr int kDirectoryFlags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
 // O_NONBLOCK: a FIFO in place of an entry must not hold the reader.

@@ -5,14 +5,13 @@
 
 #include "server/base/exit_status.h"
 #include "server/base/log.h"
+#include "server/worker/bounds.h"
 
 namespace kiln {
 
 namespace {
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kSignOfLife{500};
-/// The largest image (16 Mi texels, four channels) takes well under a minute to encode and store.
-constexpr std::chrono::minutes kStoringMax{10};
 }  // namespace
 
 Watchdog::Watchdog(Mailbox& mailbox, std::chrono::milliseconds stall)
@@ -48,7 +47,8 @@ void Watchdog::run() {
         }
         if (attempt_ != nullptr) {
             const bool storing = attempt_->integrated();
-            if (attempt_->silence() > (storing ? std::chrono::milliseconds(kStoringMax) : stall_)) {
+            if (attempt_->silence() >
+                (storing ? std::chrono::milliseconds(kStoringTimeMax) : stall_)) {
                 log_line("hung", {{"silence_ms", std::to_string(attempt_->silence().count())}});
                 _exit(kExitHung);
             }
