@@ -58,6 +58,11 @@ Json job_json(const JobRecord& job, bool cached) {
             {"finished", time_text(job.finished_ms)}};
 }
 
+Json with_job(Json document, const JobRecord& job) {
+    document["job"] = Json::parse(job.spec);
+    return document;
+}
+
 /// Notes and details may quote a driver: whatever is not UTF-8 in them is replaced.
 std::string text_of(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -108,16 +113,15 @@ Json limits_of(const Settings& settings, const Bounds& bounds) {
 
 }  // namespace
 
-std::string job_document(const JobRecord& job, bool cached, bool with_job) {
+std::string job_document(const JobRecord& job, bool cached, bool complete) {
     Json document = job_json(job, cached);
-    if (with_job) document["job"] = Json::parse(job.spec);
-    return text_of(document);
+    return text_of(complete ? with_job(std::move(document), job) : document);
 }
 
 std::string page_document(const JobPage& page) {
     Json jobs = Json::array();
     for (const JobRecord& job : page.jobs)
-        jobs.push_back(job_json(job, job.state == JobState::done));
+        jobs.push_back(with_job(job_json(job, job.state == JobState::done), job));
     Json next = nullptr;
     if (!page.next_cursor.empty()) next = page.next_cursor;
     return text_of({{"jobs", jobs}, {"next_cursor", next}});

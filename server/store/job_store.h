@@ -43,7 +43,7 @@ enum class Renewal { held, cancel_requested, lost };
 enum class CancelResult { cancelled, requested, already_finished, unknown };
 
 struct JobPage {
-    std::vector<JobRecord> jobs;  ///< newest first; spec and report left empty
+    std::vector<JobRecord> jobs;  ///< newest first; report left empty
     std::string next_cursor;      ///< "" on the last page
 };
 

@@ -63,6 +63,11 @@ struct Recipe {
     Sampler sampler;
 };
 
+void PrintTo(const Recipe& recipe, std::ostream* out) {
+    *out << to_word(recipe.masking) << ", " << to_word(recipe.importance) << ", "
+         << to_word(recipe.sampler);
+}
+
 class EveryRecipe : public testing::TestWithParam<Recipe> {};
 
 // Each texel with roughness >= .3 lies within five reported standard errors (99 %, as above), and

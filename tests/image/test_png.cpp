@@ -31,6 +31,11 @@ struct Shape {
     PixelType pixel;
 };
 
+void PrintTo(const Shape& shape, std::ostream* out) {
+    *out << shape.width << " x " << shape.height << " x " << shape.channels << ' '
+         << to_word(shape.pixel);
+}
+
 class PngShapes : public testing::TestWithParam<Shape> {};
 
 TEST_P(PngShapes, EveryCodeIsTheNearest) {
