@@ -113,7 +113,8 @@ int run(const std::string& command, const Settings& settings) {
     }
     // Hundreds of connection threads would each grow an arena of their own.
     mallopt(M_ARENA_MAX, 4);
-    kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib));
+    kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib),
+                              bytes_of(settings.downloads_mib));
     const std::string engine = kiln::kernel_digest() + "/" + std::to_string(kiln::kEncoderRevision);
     return kiln::serve(settings, engine, every_bound(), *jobs, hot);
 }

@@ -26,6 +26,7 @@ struct Settings {
     std::int64_t queue_max = 64;
     std::int64_t cache_mib = 10240;
     std::int64_t hot_cache_mib = 64;
+    std::int64_t downloads_mib = 512;
     std::int64_t connections_max = 256;
     std::int64_t header_timeout_s = 3;
     std::int64_t idle_timeout_s = 5;
