@@ -177,8 +177,8 @@ class Downloads(unittest.TestCase):
                 self.assertGreater(int(server.request("HEAD", first).headers["Content-Length"]),
                                    11 << 20)
                 refused = server.get(second)
-                self.assertEqual((refused.status, refused.json["code"]),
-                                 (503, "too_many_downloads"))
+                self.assertEqual(refused.status, 503)
+                self.assertEqual(refused.json["code"], "too_many_downloads")
                 self.assertIn("12 MiB", refused.json["detail"])
                 self.assertGreater(int(refused.headers["Retry-After"]), 0)
                 self.assertEqual(server.get(first).status, 200)  # shares the bytes
