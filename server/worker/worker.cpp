@@ -54,6 +54,7 @@ class Worker {
             if (job) {
                 work_on(*job);
             } else if (!devices_told) {  // it may take a while, so a waiting job goes first
+                const Watched watched(watchdog_);
                 mailbox_.say("devices " + to_json(engines_.pick("").devices()));
                 devices_told = true;
             } else {
