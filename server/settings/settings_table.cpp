@@ -30,7 +30,7 @@ const std::vector<Setting>& settings_table() {
         {"hot_cache_mib", &S::hot_cache_mib, 0, 65536, {}, "MiB", R::serve,
          "results kept in memory"},
         {"downloads_mib", &S::downloads_mib, 1, 65536, {}, "MiB", R::serve,
-         "results that are being sent and not in the hot cache; more get 503, but for one at a time"},
+         "results being sent, beside the hot cache, or one that is larger; more get 503"},
         {"connections_max", &S::connections_max, 8, 4096, {}, "connections", R::serve,
          "served at once; half of them may wait for a job or listen to events"},
         {"header_timeout_s", &S::header_timeout_s, 1, 60, {}, "s", R::serve,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "server/spec/words.h"
 #include "tests/compute/against_reference.h"
 
 namespace kiln {

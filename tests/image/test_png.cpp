@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/image/image.h"
+#include "server/spec/words.h"
 #include "tests/image/own_readers.h"
 #include "tests/image/tables.h"
 
