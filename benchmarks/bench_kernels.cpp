@@ -34,13 +34,21 @@ void run(benchmark::State& state, Backend& backend, const Specialisation& what) 
         const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
         texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
     }
-    const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kSamples);
+    const PointSet set =
+        make_points(Sampler::sobol_owen,
+                    point_kind(static_cast<Distribution>(what.material.distribution),
+                               static_cast<Importance>(what.material.importance)),
+                    0, kSamples);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
+    std::vector<Scalar> parameters(kParameterCount);  // legal for every model
+    for (std::size_t p = 0; p < kParameterCount; ++p)
+        parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
     std::vector<Scalar> sums(
         set.batches.size() *
-        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms))) * kStride);
+        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms))) *
+        kStride);
     for (auto _ : state) {
-        backend.run(Launch<Scalar>{what, kStride, texels, points, set.batches, sums});
+        backend.run(Launch<Scalar>{what, kStride, texels, points, parameters, set.batches, sums});
         benchmark::DoNotOptimize(sums.data());
     }
     state.counters["samples/s"] = benchmark::Counter(static_cast<double>(kStride * kSamples),
@@ -60,14 +68,34 @@ void add(const std::string& name, Backend& backend, const Specialisation& what) 
 }
 
 const std::map<std::string, Specialisation> kCases = {
-    {"E", {.terms = 1}},
-    {"A_B", {.terms = 3}},
-    {"A_B_multiscatter", {.terms = 7}},
-    {"multiscatter", {.terms = 4}},
-    {"E_separable", {.masking = Masking::smith_separable, .terms = 1}},
-    {"A_B_ndf", {.importance = Importance::ndf, .terms = 3}},
-    {"E_avg", {.terms = 1, .averaged = true}},
-    {"A_B_float64", {.terms = 3, .precision = Precision::float64}},
+    {"E", {{.terms = 1}}},
+    {"A_B", {{.terms = 3}}},
+    {"A_B_multiscatter", {{.terms = 7}}},
+    {"multiscatter", {{.terms = 4}}},
+    {"E_separable", {{.masking = 1, .terms = 1}}},
+    {"A_B_ndf", {{.importance = 1, .terms = 3}}},
+    {"E_avg", {{.terms = 1, .averaged = 1}}},
+    {"A_B_float64", {{.terms = 3}, Precision::float64}},
+    // The general path (kernels/material.h), by the numbers of kernels/*.h.
+    {"schlick", {{.terms = 8, .fresnel = 1, .general = 1}}},
+    {"dielectric", {{.terms = 8, .fresnel = 3, .general = 1}}},
+    {"conductor_RGB", {{.terms = 56, .fresnel = 4, .general = 1}}},
+    {"f82_tint_RGB", {{.terms = 56, .fresnel = 5, .general = 1}}},
+    {"karis_ibl", {{.masking = 2, .terms = 1, .general = 1}}},
+    {"unreal_joint", {{.masking = 4, .terms = 1, .general = 1}}},
+    {"beckmann", {{.distribution = 1, .importance = 1, .terms = 1, .general = 1}}},
+    {"charlie_neubelt",
+     {{.distribution = 2, .masking = 5, .importance = 3, .terms = 1, .general = 1}}},
+    {"charlie", {{.distribution = 2, .masking = 6, .importance = 3, .terms = 1, .general = 1}}},
+    {"lambert", {{.importance = 2, .terms = 64, .diffuse = 0, .general = 1}}},
+    {"burley", {{.importance = 2, .terms = 64, .diffuse = 1, .general = 1}}},
+    {"oren_nayar", {{.importance = 2, .terms = 64, .diffuse = 2, .general = 1}}},
+    {"oren_nayar_full", {{.importance = 2, .terms = 64, .diffuse = 3, .general = 1}}},
+    {"fon", {{.importance = 2, .terms = 64, .diffuse = 4, .general = 1}}},
+    {"eon", {{.importance = 2, .terms = 64, .diffuse = 5, .general = 1}}},
+    {"eon_unreal", {{.importance = 2, .terms = 64, .diffuse = 6, .general = 1}}},
+    {"chan2018", {{.importance = 2, .terms = 64, .diffuse = 7, .general = 1}}},
+    {"chan2024", {{.importance = 2, .terms = 64, .diffuse = 8, .general = 1}}},
 };
 
 }  // namespace

@@ -53,7 +53,7 @@ KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
 
 #define KILN_FUNCTION __attribute__((always_inline)) static inline
 // For what is long and stands in many places: one copy, called, compiles in a tenth of the time.
-#define KILN_CALLED __attribute__((noinline)) static
+#define KILN_CALLED __attribute__((noinline, unused)) static
 #define KILN_GLOBAL
 #ifndef lane_select
 #define lane_select(condition, a, b) ((condition) ? (a) : (b))

@@ -53,7 +53,7 @@ KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p
 
 // {f NoL / pdf, VoH, 1 − that without the subtraction where the lobe knows how}.
 KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
-                                real* VoH) {
+                              real* VoH) {
     const real none = lanes(K(0.0));
     if (is_fast_lobe(what)) {
         const Integrand fast = {what.masking, what.importance,
@@ -83,8 +83,7 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     const real below = s.NoL;
     s.NoL = above;
     Terms terms;
-    const real weight =
-        lit * microfacet_visibility(what.distribution, what.masking, view.alpha, s);
+    const real weight = lit * microfacet_visibility(what.distribution, what.masking, view.alpha, s);
     terms.weight = lane_select(below > none, weight, none);
     terms.fresnel = none;
     terms.deficit = K(1.0) - terms.weight;

@@ -99,7 +99,7 @@ KILN_FUNCTION real charlie_visibility(const int masking, real alpha, real NoV, r
 }
 
 KILN_CALLED real microfacet_visibility(const int distribution, const int masking, real alpha,
-                                         Scattering s) {
+                                       Scattering s) {
     const real NoV = s.NoV, NoL = s.NoL;
     if (masking == KILN_KARIS_IBL) return karis_visibility(K(0.5) * alpha, NoV, NoL);
     if (masking == KILN_KARIS_DIRECT) {
@@ -108,8 +108,7 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
     }
     if (masking == KILN_UNREAL_JOINT) {  // Unreal 4's approximation of correlated Smith
         const real rest = K(1.0) - alpha;
-        return K(0.5) /
-               lane_fma(NoL, lane_fma(NoV, rest, alpha), NoV * lane_fma(NoL, rest, alpha));
+        return K(0.5) / lane_fma(NoL, lane_fma(NoV, rest, alpha), NoV * lane_fma(NoL, rest, alpha));
     }
     if (masking == KILN_NEUBELT)  // Neubelt, Pettineo 2013
         return K(0.25) / lane_fma(-NoL, NoV, NoL + NoV);
@@ -137,12 +136,13 @@ KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scal
     const real floor = lanes(K(0.0));
     const real bounded = lane_select(hxy2 > floor, hxy2, floor);
     const real hh = lane_fma(hz, hz, bounded);
-    const real inverse = lane_select(hh > floor, K(1.0) / lane_select(hh > floor, hh, lanes(K(1.0))), floor);
+    const real inverse =
+        lane_select(hh > floor, K(1.0) / lane_select(hh > floor, hh, lanes(K(1.0))), floor);
     s.VoH = K(0.5) * lane_sqrt(hh);
     s.sin2_H = bounded * inverse;
     s.NoH = hz * lane_sqrt(inverse);
-    s.factor = importance == KILN_IMPORTANCE_COSINE ? lanes(KILN_PI)
-                                                    : lanes(K(2.0) * KILN_PI * NoL);
+    s.factor =
+        importance == KILN_IMPORTANCE_COSINE ? lanes(KILN_PI) : lanes(K(2.0) * KILN_PI * NoL);
     return s;
 }
 

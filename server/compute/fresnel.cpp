@@ -10,26 +10,12 @@
 
 #include "server/base/error.h"
 #include "server/compute/metals.h"
+#include "server/compute/one_lane.h"
 
 namespace kiln {
 namespace {
 
-namespace kernels {
-using scalar = double;
-using real = double;
-inline real lane_sqrt(real x) { return std::sqrt(x); }
-inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
-#define KILN_AS_BITS(x) std::bit_cast<std::int64_t>(x)
-#define KILN_AS_REAL(x) std::bit_cast<double>(x)
-#define KILN_DOUBLE 1
-#define KILN_LANES 1
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/lane.h"
-#include "kernels/lane_math.h"
-#include "kernels/fresnel.h"
-// clang-format on
-}  // namespace kernels
+namespace kernels = one_lane;
 
 static_assert(kFresnelParameters == KILN_FRESNEL_PARAMETERS);
 

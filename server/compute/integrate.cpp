@@ -78,11 +78,7 @@ class Integration {
   public:
     Integration(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool,
                 const Control& control, bool standard_error_planes)
-        : job_(job),
-          plan_(plan),
-          backend_(backend),
-          pool_(pool),
-          control_(control) {
+        : job_(job), plan_(plan), backend_(backend), pool_(pool), control_(control) {
         for (const Pass& pass : plan.passes)
             samples_planned_ += pass.places.count() * samples_a_place();
         Table& table = outcome_.table;
@@ -167,8 +163,7 @@ class Integration {
             first += count;
             elapsed += seconds_since(started);
             std::optional<double> error_max;
-            if (is_trace_level(replicates, first))
-                error_max = add_trace(replicates, elapsed);
+            if (is_trace_level(replicates, first)) error_max = add_trace(replicates, elapsed);
             report_progress(count_samples(first - count, count) * replicates.place_count(),
                             error_max);
             started = Clock::now();
@@ -233,8 +228,9 @@ class Integration {
         const int terms = pass.what.material.terms;
         const std::uint64_t samples = replicates.place_count() * samples_a_place();
         work.brdf_evaluations += samples;
-        const int per_channel[] = {1 << kSchlick, 1 << kColour, 2 << kColour, 4 << kColour,
-                                   1 << kTransmitted, 2 << kTransmitted, 4 << kTransmitted};
+        const int per_channel[] = {1 << kSchlick,    1 << kColour,      2 << kColour,
+                                   4 << kColour,     1 << kTransmitted, 2 << kTransmitted,
+                                   4 << kTransmitted};
         for (const int term : per_channel)
             if (terms & term) work.fresnel_evaluations += samples;
         if (terms & 1 << kDeficit) work.multiscatter_evaluations += samples;

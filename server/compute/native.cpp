@@ -48,8 +48,7 @@ class NativeBackend : public Backend {
                               launch.texels.data() + launch.texel_stride + first,
                               launch.points.data(), launch.parameters.data(), launch.batches.data(),
                               static_cast<unsigned>(launch.batches.size()), launch.texel_stride,
-                              launch.what.material,
-                              launch.sums.data() + first});
+                              launch.what.material, launch.sums.data() + first});
             });
     }
 

@@ -82,9 +82,10 @@ static void material_sums(const NativeGroup<scalar>& group) {
     scalar* out = group.sums;
     for (unsigned b = 0; b < group.batch_count; ++b) {
         const BatchRange batch = group.batches[b];
-        const Sums sums = material_sum(
-            what, group.parameters, NoV, alpha,
-            group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point, batch.point_count);
+        const Sums sums =
+            material_sum(what, group.parameters, NoV, alpha,
+                         group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point,
+                         batch.point_count);
         for (int t = 0; t < KILN_TERM_COUNT; ++t)
             if (what.terms >> t & 1) store(out, sums.term[t]), out += group.texel_stride;
     }

@@ -131,8 +131,7 @@ struct OpenClBackend::State {
     template <typename Scalar>
     void launch(const Built& built, const Launch<Scalar>& launch, Room& room) const {
         const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
-                         parameters = copy(launch.parameters),
-                         batches = copy(launch.batches);
+                         parameters = copy(launch.parameters), batches = copy(launch.batches);
         if (room.bytes < launch.sums.size_bytes())
             room = {buffer(CL_MEM_WRITE_ONLY, launch.sums.size_bytes(), nullptr),
                     launch.sums.size_bytes()};
@@ -175,10 +174,11 @@ struct OpenClBackend::State {
         std::vector<Scalar> parameters(kParameterCount);  // legal for every model
         for (std::size_t p = 0; p < kParameterCount; ++p)
             parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
-        const PointSet set = make_points(Sampler::sobol_owen, trial_points(what.material), 0, kPoints);
+        const PointSet set =
+            make_points(Sampler::sobol_owen, trial_points(what.material), 0, kPoints);
         const std::vector<Scalar> points(set.values.begin(), set.values.end());
-        const std::size_t planes =
-            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms)));
+        const std::size_t planes = static_cast<std::size_t>(
+            __builtin_popcount(static_cast<unsigned>(what.material.terms)));
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
         Room room;
         Launch<Scalar> trial{what, kStride, texels, points, parameters, set.batches, mine};

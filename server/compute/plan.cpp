@@ -105,7 +105,8 @@ class Planner {
         };
         const auto diffuse = [&](bool averaged) {
             pass(true, averaged, slice, count)
-                .shares.push_back({channel, one(kDiffuse + static_cast<std::size_t>(colour)), {}, {}});
+                .shares.push_back(
+                    {channel, one(kDiffuse + static_cast<std::size_t>(colour)), {}, {}});
         };
         switch (quantity) {
             case Quantity::split_sum_scale: {
@@ -143,7 +144,9 @@ class Planner {
 
     /// F(VoH) f NoL / pdf; with F = 1 it is the weight, and costs nothing more.
     Combination reflected(int colour) const {
-        return job_.fresnel.model == Fresnel::none ? one(kWeight) : one(kColour + static_cast<std::size_t>(colour));
+        return job_.fresnel.model == Fresnel::none
+                   ? one(kWeight)
+                   : one(kColour + static_cast<std::size_t>(colour));
     }
 
     Share compensated(std::size_t channel, std::size_t slice, int colour) {
@@ -187,7 +190,9 @@ class Planner {
         if (job_.coupling == Coupling::kelemen && lit) {
             // ∫ of the matte lobe of Kelemen, Szirmay-Kalos 2001 as in Kulla, Conty 2017 is the
             // albedo times what the specular lobe leaves over, exactly.
-            const double rho = job_.diffuse.albedo[job_.diffuse.albedo.size() == 3 ? static_cast<std::size_t>(colour) : 0];
+            const double rho =
+                job_.diffuse
+                    .albedo[job_.diffuse.albedo.size() == 3 ? static_cast<std::size_t>(colour) : 0];
             specular.part = [rho, inner = specular.part](std::size_t place, double a, double b) {
                 const Part s = inner ? inner(place, a, b) : Part{a, 1, 0, 0};
                 const double left = 1 - rho;
@@ -206,8 +211,7 @@ class Planner {
             under.part = [F](std::size_t place, double a, double) {
                 return Part{(1 - F(place)) * a, 1 - F(place), 0, 0};
             };
-        } else if (job_.coupling == Coupling::half_vector &&
-                   job_.fresnel.model != Fresnel::none) {
+        } else if (job_.coupling == Coupling::half_vector && job_.fresnel.model != Fresnel::none) {
             under.a = one(kTransmitted + static_cast<std::size_t>(colour));
         }
         pass(false, false, slice, 1).shares.push_back(std::move(specular));
@@ -225,14 +229,15 @@ class Planner {
             material.fresnel = fresnel_function(fresnel);
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto numbers = fresnel_parameters(fresnel, static_cast<int>(c));
-                std::copy(numbers.begin(), numbers.end(),
-                          pass.parameters.begin() + static_cast<std::ptrdiff_t>(c * numbers.size()));
+                std::copy(
+                    numbers.begin(), numbers.end(),
+                    pass.parameters.begin() + static_cast<std::ptrdiff_t>(c * numbers.size()));
             }
         }
         if (material.terms & kDiffuseTerms) {
             // The kernels have no number for a lobe that is not there.
-            material.diffuse = static_cast<int>(job_.diffuse.model) -
-                               static_cast<int>(DiffuseModel::lambert);
+            material.diffuse =
+                static_cast<int>(job_.diffuse.model) - static_cast<int>(DiffuseModel::lambert);
             const auto& albedo = job_.diffuse.albedo;
             for (std::size_t c = 0; c < 3; ++c)
                 pass.parameters[kParameterCount - 4 + c] = albedo[albedo.size() == 3 ? c : 0];
@@ -264,8 +269,9 @@ class Planner {
         if (!(terms & 1 << kDeficit)) leave("multiple-scattering term", not_asked);
         if (!(terms & kDiffuseTerms)) leave("diffuse lobe", not_asked);
         if (averaged && job_.axes.size() > 1)
-            leave("averages along NoV",
-                  "they depend on roughness alone: integrated once for each roughness and repeated");
+            leave(
+                "averages along NoV",
+                "they depend on roughness alone: integrated once for each roughness and repeated");
         if (all_slices)
             leave("quantities without a Fresnel term along z",
                   "they are the same in every slice: integrated once and repeated");

@@ -52,8 +52,8 @@ struct Plan {
     std::vector<LeftOut> left_out;
 };
 
-/// `average_deficits` gives 1 − E_avg of the job's lobe at each place of Places::averaged(job), with
-/// its standard error; asked only where a term of multiple scattering needs it.
+/// `average_deficits` gives 1 − E_avg of the job's lobe at each place of Places::averaged(job),
+/// with its standard error; asked only where a term of multiple scattering needs it.
 struct Averages {
     std::vector<double> deficit, standard_error;
 };

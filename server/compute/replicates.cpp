@@ -72,8 +72,7 @@ double ErrorSummary::rms() const {
     return count == 0 ? 0 : std::sqrt(sum_of_squares / static_cast<double>(count));
 }
 
-Replicates::Replicates(std::vector<Combination> coefficients, int terms,
-                       std::size_t stride)
+Replicates::Replicates(std::vector<Combination> coefficients, int terms, std::size_t stride)
     : coefficients_(std::move(coefficients)), planes_(kTermCount), stride_(stride) {
     for (std::size_t t = 0; t < kTermCount; ++t)
         if (terms >> t & 1) planes_[t] = plane_count_++;

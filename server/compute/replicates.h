@@ -22,14 +22,13 @@ struct ErrorSummary {
     double rms() const;
 };
 
-/// Running mean and spread of the replicate means of some combinations at a block of places. Batches
-/// come in the order of the points, in any split; the result depends on neither split nor thread
-/// count.
+/// Running mean and spread of the replicate means of some combinations at a block of places.
+/// Batches come in the order of the points, in any split; the result depends on neither split nor
+/// thread count.
 class Replicates {
   public:
     /// `coefficients[c]` is combination c of the terms; `stride` is the launch's texel_stride.
-    Replicates(std::vector<Combination> coefficients, int terms,
-               std::size_t stride);
+    Replicates(std::vector<Combination> coefficients, int terms, std::size_t stride);
 
     /// Starts over, for a block of at most `stride` places. deficits[place] is what rare events
     /// carry there (rare_events.h); 0 where an estimate has none.
@@ -43,7 +42,9 @@ class Replicates {
     std::size_t completed() const { return completed_; }  ///< replicates
     std::uint64_t samples() const { return weight_; }     ///< a place, in completed replicates
     std::size_t place_count() const { return place_count_; }
-    double mean(std::size_t combination, std::size_t place) const { return mean_[combination][place]; }
+    double mean(std::size_t combination, std::size_t place) const {
+        return mean_[combination][place];
+    }
     /// Of the mean; 0 while fewer than two replicates are complete.
     double variance(std::size_t combination, std::size_t place) const;
     std::size_t combination_count() const { return coefficients_.size(); }

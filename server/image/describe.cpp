@@ -49,7 +49,8 @@ std::string fresnel_words(const JobSpec& job) {
     const FresnelModel& f = job.fresnel;
     const std::string exponent = number(f.model == Fresnel::schlick ? f.exponent : 5);
     if (!any(job, reads_fresnel))
-        return any(job, is_split_sum) ? "schlick, F = F0 + (F90 - F0)(1 - VoH)^" + exponent : "none";
+        return any(job, is_split_sum) ? "schlick, F = F0 + (F90 - F0)(1 - VoH)^" + exponent
+                                      : "none";
     const std::string name = text(to_word(f.model));
     switch (f.model) {
         case Fresnel::none:
@@ -141,8 +142,7 @@ std::vector<std::string> channel_lines(const JobSpec& job) {
     const std::vector<Channel> channels = channels_of(job);
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < channels.size(); ++i) {
-        const std::string letter =
-            channels.size() > 4 ? "" : std::string(1, "RGBA"[i]) + ": ";
+        const std::string letter = channels.size() > 4 ? "" : std::string(1, "RGBA"[i]) + ": ";
         lines.push_back(letter + channels[i].name + meaning(channels[i].quantity));
     }
     if (job.format == ImageFormat::png && channels.size() == 2)
@@ -196,8 +196,8 @@ std::string axis_line(const JobSpec& job, std::size_t index) {
     std::string place = centers ? "(i + 0.5)/" + n : "i/(" + n + " - 1)";
     if (job.resolution[index] == 1) place = centers ? "0.5" : "0";
     const std::string t = axis.flip ? "1 - t" : "t";
-    std::string line = letter + ": " + text(to_word(axis.parameter)) + " from " +
-                       number(first) + " (" + start + ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
+    std::string line = letter + ": " + text(to_word(axis.parameter)) + " from " + number(first) +
+                       " (" + start + ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
                        mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
                        (centers ? ", texel centres: " : ", nodes at the texels: ") + unit +
                        " i of " + n + " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " +

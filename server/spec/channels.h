@@ -12,7 +12,7 @@ namespace kiln {
 struct Channel {
     Quantity quantity;
     int colour = 0;    ///< 0…2 for R G B of a coloured quantity, else 0
-    std::string name;        ///< the quantity's word, followed by .R .G .B where it is coloured
+    std::string name;  ///< the quantity's word, followed by .R .G .B where it is coloured
 };
 
 /// The planes of a job in their order: a quantity is one plane, or three where the numbers of the

@@ -88,8 +88,9 @@ class Reader {
             job_.layout = layout.get<std::string>();
             job_.axes = kiln_axes(axis_count);
             if (axis_count == 3)
-                problems_.add("/resolution", "has three entries; a third needs a layout object whose "
-                                             "z says what it carries (f0 or ior)");
+                problems_.add("/resolution",
+                              "has three entries; a third needs a layout object whose "
+                              "z says what it carries (f0 or ior)");
             check_needs("/resolution");
             return;
         }
@@ -101,8 +102,8 @@ class Reader {
                 problems_.add(pointer, std::string("is required and missing: resolution has ") +
                                            counts[axis_count]);
             if (i >= axis_count && layout.contains(names[i]))
-                problems_.add(pointer, std::string("must be left out: resolution has ") +
-                                           counts[axis_count]);
+                problems_.add(
+                    pointer, std::string("must be left out: resolution has ") + counts[axis_count]);
             if (layout.contains(names[i])) job_.axes.push_back(axis(layout[names[i]]));
         }
         check_axes();
@@ -202,10 +203,9 @@ class Reader {
         const auto channels_max = static_cast<std::size_t>(limits().png_channels_max);
         const std::size_t channels = channels_of(job_).size();
         if (job_.format == ImageFormat::png && channels > channels_max)
-            problems_.add("/quantities", "makes " + std::to_string(channels) +
-                                             " channels; a PNG holds at most " +
-                                             std::to_string(channels_max) +
-                                             " channels, only exr holds more");
+            problems_.add("/quantities",
+                          "makes " + std::to_string(channels) + " channels; a PNG holds at most " +
+                              std::to_string(channels_max) + " channels, only exr holds more");
     }
 
     void check_work() {

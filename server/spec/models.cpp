@@ -71,7 +71,9 @@ class Models {
 
     void add(const char* pointer, const std::string& message) { problems_.add(pointer, message); }
 
-    bool given(const char* pointer) const { return document_.contains(Json::json_pointer(pointer)); }
+    bool given(const char* pointer) const {
+        return document_.contains(Json::json_pointer(pointer));
+    }
 
     void read_lobe() {
         word(job_.distribution, "/microfacet/distribution");
@@ -100,20 +102,23 @@ class Models {
             case Distribution::ggx:
                 if (cloth)
                     add("/microfacet/masking",
-                        word + " goes with distribution \"charlie\" alone; ggx takes the Smith, "
-                               "Karis and Unreal forms");
+                        word +
+                            " goes with distribution \"charlie\" alone; ggx takes the Smith, "
+                            "Karis and Unreal forms");
                 return;
             case Distribution::beckmann:
                 if (!smith)
                     add("/microfacet/masking",
-                        word + " was made for another distribution; beckmann takes its own Smith "
-                               "forms: smith_correlated, smith_separable");
+                        word +
+                            " was made for another distribution; beckmann takes its own Smith "
+                            "forms: smith_correlated, smith_separable");
                 return;
             case Distribution::charlie:
                 if (!cloth)
                     add("/microfacet/masking",
-                        word + " has no form for distribution \"charlie\", whose Smith integral is "
-                               "the fit \"charlie\"; allowed: charlie, neubelt");
+                        word +
+                            " has no form for distribution \"charlie\", whose Smith integral is "
+                            "the fit \"charlie\"; allowed: charlie, neubelt");
                 return;
         }
     }
@@ -149,8 +154,8 @@ class Models {
         }
         if (given("/fresnel/metal") && problems_.sound("/fresnel/metal")) {
             if (fresnel.model != Fresnel::conductor) refuse_unread("metal");
-            fresnel.metal = from_word<Metal>(
-                document_["fresnel"]["metal"].get_ref<const std::string&>());
+            fresnel.metal =
+                from_word<Metal>(document_["fresnel"]["metal"].get_ref<const std::string&>());
         }
         if (fresnel.model == Fresnel::conductor) check_conductor();
         if (fresnel.model == Fresnel::edge_tint)
@@ -173,12 +178,14 @@ class Models {
             add("/fresnel/metal", "already names eta and k; give either the metal or both numbers");
         if (!fresnel.metal && !given("/fresnel/metal") && (!eta || !k))
             add("/fresnel/model", "\"conductor\" needs eta and k, or a metal by name");
-        if (!eta || !k || !problems_.sound("/fresnel/eta") || !problems_.sound("/fresnel/k")) return;
+        if (!eta || !k || !problems_.sound("/fresnel/eta") || !problems_.sound("/fresnel/k"))
+            return;
         for (std::size_t c = 0; c < 3; ++c) {
             const double n = fresnel.eta[fresnel.eta.size() == 3 ? c : 0];
             const double kk = fresnel.k[fresnel.k.size() == 3 ? c : 0];
             if (std::max(n, kk) >= 1e-4) continue;
-            add("/fresnel/eta", "eta and k are both below 0.0001; the larger must be at least that");
+            add("/fresnel/eta",
+                "eta and k are both below 0.0001; the larger must be at least that");
             return;
         }
     }
@@ -195,11 +202,12 @@ class Models {
             const bool diffuse_alone = quantity == Quantity::diffuse_albedo ||
                                        quantity == Quantity::diffuse_average_albedo;
             if (diffuse_alone && job_.diffuse.model == DiffuseModel::none)
-                add("/diffuse/model", "\"none\" leaves " + in_quotes(to_word(quantity)) +
-                                          " without a lobe");
+                add("/diffuse/model",
+                    "\"none\" leaves " + in_quotes(to_word(quantity)) + " without a lobe");
         }
         if (job_.coupling == Coupling::kelemen && job_.diffuse.model > DiffuseModel::lambert)
-            add("/coupling", "\"kelemen\" replaces the Lambert lobe; diffuse.model must be lambert");
+            add("/coupling",
+                "\"kelemen\" replaces the Lambert lobe; diffuse.model must be lambert");
         if (job_.coupling == Coupling::view && job_.multiscatter != Multiscatter::none)
             add("/multiscatter",
                 "coupling \"view\" takes F out of the specular lobe, so that nothing is left to "

@@ -5,9 +5,9 @@ namespace kiln {
 namespace {
 
 using Word = std::string_view;
-constexpr Word kQuantity[] = {"split_sum_scale", "split_sum_bias", "directional_albedo",
-                              "average_albedo", "multiscatter_albedo", "specular_albedo",
-                              "compensated_albedo", "fresnel_average", "diffuse_albedo",
+constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "directional_albedo",
+                              "average_albedo",         "multiscatter_albedo", "specular_albedo",
+                              "compensated_albedo",     "fresnel_average",     "diffuse_albedo",
                               "diffuse_average_albedo", "total_albedo"};
 constexpr Word kParameter[] = {"NoV", "roughness", "alpha", "f0", "ior"};
 constexpr Word kMapping[] = {"linear", "sqrt", "square"};
@@ -16,12 +16,12 @@ constexpr Word kSampler[] = {"hammersley", "sobol_owen", "lattice", "random"};
 constexpr Word kImportance[] = {"vndf", "ndf", "cosine", "uniform"};
 constexpr Word kDistribution[] = {"ggx", "beckmann", "charlie"};
 constexpr Word kMasking[] = {"smith_correlated", "smith_separable", "karis_ibl", "karis_direct",
-                             "unreal_joint", "neubelt", "charlie"};
+                             "unreal_joint",     "neubelt",         "charlie"};
 constexpr Word kFresnel[] = {"none", "schlick", "dielectric", "conductor", "edge_tint", "f82_tint"};
-constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold", "iron",
-                           "nickel", "platinum", "silver", "titanium", "tungsten"};
-constexpr Word kDiffuseModel[] = {"none", "lambert", "burley", "oren_nayar", "oren_nayar_full",
-                                  "fon", "eon", "eon_unreal", "chan2018", "chan2024"};
+constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold",     "iron",
+                           "nickel",    "platinum", "silver", "titanium", "tungsten"};
+constexpr Word kDiffuseModel[] = {"none", "lambert", "burley",     "oren_nayar", "oren_nayar_full",
+                                  "fon",  "eon",     "eon_unreal", "chan2018",   "chan2024"};
 constexpr Word kCoupling[] = {"none", "half_vector", "view", "kelemen"};
 constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "turquin"};
 constexpr Word kPrecision[] = {"float32", "float64"};

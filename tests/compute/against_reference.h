@@ -83,6 +83,8 @@ inline reference::Quantity reference_of(Quantity quantity) {
             return reference::Quantity::average;
         case Quantity::multiscatter_albedo:
             return reference::Quantity::multiscatter;
+        default:
+            break;  // has no table in the reference
     }
     throw std::logic_error("unknown quantity");
 }

@@ -25,12 +25,19 @@ std::vector<Scalar> sums(Backend& backend, Specialisation what) {
         const double roughness = static_cast<double>(i / 8) / 7;
         texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
     }
-    const PointSet set = make_points(Sampler::sobol_owen, what.importance, 7, 16 * 37);
+    const PointSet set =
+        make_points(Sampler::sobol_owen,
+                    point_kind(static_cast<Distribution>(what.material.distribution),
+                               static_cast<Importance>(what.material.importance)),
+                    7, 16 * 37);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
     const auto planes =
-        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms)));
     std::vector<Scalar> out(set.batches.size() * planes * kStride);
-    backend.run(Launch<Scalar>{what, kStride, texels, points, set.batches, out});
+    std::vector<Scalar> parameters(kParameterCount);
+    for (std::size_t p = 0; p < kParameterCount; ++p)
+        parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+    backend.run(Launch<Scalar>{what, kStride, texels, points, parameters, set.batches, out});
     return out;
 }
 
@@ -43,7 +50,8 @@ void expect_equal_bits(const Specialisation& what) {
         for (ThreadPool* pool : {&one, &three}) {
             const auto other = sums<Scalar>(*make_native_backend(*pool, set), what);
             EXPECT_EQ(std::memcmp(first.data(), other.data(), first.size() * sizeof(Scalar)), 0)
-                << to_string(set) << ", " << pool->size() << " threads, terms " << what.terms;
+                << to_string(set) << ", " << pool->size() << " threads, terms "
+                << what.material.terms;
         }
     }
     for (const Scalar sum : first) EXPECT_TRUE(std::isfinite(sum));
@@ -54,19 +62,22 @@ TEST(Native, EveryInstructionSetAndThreadCountGivesTheSameBits) {
         for (const Importance importance : {Importance::vndf, Importance::ndf})
             for (const bool averaged : {false, true})
                 for (int terms = 1; terms < 8; ++terms) {
-                    expect_equal_bits<float>(
-                        {masking, importance, terms, averaged, Precision::float32});
-                    expect_equal_bits<double>(
-                        {masking, importance, terms, averaged, Precision::float64});
+                    KernelMaterial material;
+                    material.masking = static_cast<int>(masking);
+                    material.importance = static_cast<int>(importance);
+                    material.terms = terms;
+                    material.averaged = averaged ? 1 : 0;
+                    expect_equal_bits<float>({material, Precision::float32});
+                    expect_equal_bits<double>({material, Precision::float64});
                 }
 }
 
 TEST(Native, ATermIsTheSameWhateverElseIsAskedFor) {
     ThreadPool pool(1);
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
-    const auto all = sums<float>(*backend, {.terms = 7});
+    const auto all = sums<float>(*backend, {.material = {.terms = 7}});
     for (int term = 0; term < 3; ++term) {
-        const auto alone = sums<float>(*backend, {.terms = 1 << term});
+        const auto alone = sums<float>(*backend, {.material = {.terms = 1 << term}});
         for (std::size_t batch = 0; batch < alone.size() / kStride; ++batch)
             EXPECT_EQ(std::memcmp(&alone[batch * kStride],
                                   &all[(3 * batch + static_cast<std::size_t>(term)) * kStride],
@@ -76,24 +87,72 @@ TEST(Native, ATermIsTheSameWhateverElseIsAskedFor) {
     }
 }
 
+Averages no_averages() { return {}; }
+
+/// Every lobe, Fresnel and diffuse model of the general path, with all the terms of its pass.
+std::vector<KernelMaterial> general_materials() {
+    std::vector<KernelMaterial> all;
+    const auto add = [&](int distribution, int masking, int importance) {
+        all.push_back({.distribution = distribution,
+                       .masking = masking,
+                       .importance = importance,
+                       .terms = 7 | 7 << kColour,
+                       .fresnel = static_cast<int>(all.size() % 6),
+                       .general = 1});
+    };
+    for (int masking = 0; masking <= 4; ++masking)
+        for (int importance = 0; importance <= 3; ++importance) add(0, masking, importance);
+    for (int masking = 0; masking <= 1; ++masking)
+        for (int importance = 1; importance <= 3; ++importance) add(1, masking, importance);
+    for (int masking = 5; masking <= 7; ++masking)
+        for (int importance = 2; importance <= 3; ++importance) add(2, masking, importance);
+    for (int diffuse = 0; diffuse <= 8; ++diffuse)
+        all.push_back({.importance = 2,
+                       .terms = 7 << kDiffuse | 7 << kTransmitted,
+                       .fresnel = diffuse % 6,
+                       .diffuse = diffuse,
+                       .general = 1});
+    return all;
+}
+
+TEST(Native, EveryModelGivesTheSameBitsOnEveryInstructionSet) {
+    for (KernelMaterial material : general_materials())
+        for (const int averaged : {0, 1}) {
+            material.averaged = averaged;
+            SCOPED_TRACE("distribution " + std::to_string(material.distribution) + ", masking " +
+                         std::to_string(material.masking) + ", importance " +
+                         std::to_string(material.importance) + ", diffuse " +
+                         std::to_string(material.diffuse) + ", averaged " +
+                         std::to_string(averaged));
+            expect_equal_bits<float>({material, Precision::float32});
+            expect_equal_bits<double>({material, Precision::float64});
+        }
+}
+
 JobSpec job(const std::string& quantities) {
     return parse_job(R"({"resolution":[8,8],"quantities":)" + quantities + "}");
 }
 
 TEST(Plan, AsksForNoTermThatNoQuantityNeeds) {
-    EXPECT_EQ(make_plan(job(R"(["directional_albedo"])")).passes.at(0).what.terms, 1);
-    EXPECT_EQ(make_plan(job(R"(["split_sum_bias"])")).passes.at(0).what.terms, 2);
-    EXPECT_EQ(make_plan(job(R"(["split_sum_scale"])")).passes.at(0).what.terms, 3);
-    EXPECT_EQ(make_plan(job(R"(["multiscatter_albedo"])")).passes.at(0).what.terms, 4);
+    EXPECT_EQ(
+        make_plan(job(R"(["directional_albedo"])"), no_averages).passes.at(0).what.material.terms,
+        1);
+    EXPECT_EQ(make_plan(job(R"(["split_sum_bias"])"), no_averages).passes.at(0).what.material.terms,
+              2);
+    EXPECT_EQ(
+        make_plan(job(R"(["split_sum_scale"])"), no_averages).passes.at(0).what.material.terms, 3);
+    EXPECT_EQ(
+        make_plan(job(R"(["multiscatter_albedo"])"), no_averages).passes.at(0).what.material.terms,
+        4);
 }
 
 TEST(Plan, AveragesOnceARoughness) {
-    const Plan plan = make_plan(job(R"(["average_albedo","split_sum_bias"])"));
+    const Plan plan = make_plan(job(R"(["average_albedo","split_sum_bias"])"), no_averages);
     ASSERT_EQ(plan.passes.size(), 2u);
     EXPECT_EQ(plan.passes[0].places.count(), 64u);
-    EXPECT_EQ(plan.passes[0].channels, std::vector<std::size_t>{1});
+    EXPECT_EQ(plan.passes[0].shares.at(0).channel, 1u);
     EXPECT_EQ(plan.passes[1].places.count(), 8u);
-    EXPECT_TRUE(plan.passes[1].what.averaged);
+    EXPECT_TRUE(plan.passes[1].what.material.averaged);
 }
 
 }  // namespace

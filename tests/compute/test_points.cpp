@@ -31,7 +31,7 @@ TEST(Points, CosineOfATurnIsTheLibrarys) {
 TEST(Points, CoordinatesLieInsideTheirRanges) {
     for (const Sampler sampler : kSamplers) {
         for (const std::int64_t count : {1, 2, 15, 16, 17, 1000, 65536}) {
-            const PointSet set = make_points(sampler, Importance::vndf, 5, count);
+            const PointSet set = make_points(sampler, PointKind::visible_normals, 5, count);
             ASSERT_EQ(set.values.size(), static_cast<std::size_t>(count) * kPointScalars);
             for (std::size_t i = 0; i < set.values.size(); i += kPointScalars) {
                 EXPECT_LE(std::abs(set.values[i]), 1);
@@ -47,7 +47,7 @@ TEST(Points, CoordinatesLieInsideTheirRanges) {
 
 TEST(Points, BatchesCoverEveryPointOnceAndNoMoreThanABatchHolds) {
     for (const std::int64_t count : {1, 7, 16, 1021, 1024, 40000}) {
-        const PointSet set = make_points(Sampler::random, Importance::vndf, 0, count);
+        const PointSet set = make_points(Sampler::random, PointKind::visible_normals, 0, count);
         std::uint32_t next = 0;
         for (const BatchRange& batch : set.batches) {
             EXPECT_EQ(batch.first_point, next);
@@ -75,7 +75,7 @@ std::vector<double> coordinate(const PointSet& set, std::size_t replicate, std::
 }
 
 TEST(Points, AScrambledSobolSetHasOnePointInEveryInterval) {
-    const PointSet set = make_points(Sampler::sobol_owen, Importance::vndf, 11, 16 * 256);
+    const PointSet set = make_points(Sampler::sobol_owen, PointKind::visible_normals, 11, 16 * 256);
     for (std::size_t r = 0; r < 16; ++r) {
         for (const std::size_t scalar : {2u, 3u}) {
             std::set<int> cells;
@@ -91,7 +91,7 @@ TEST(Points, AScrambledSobolSetHasOnePointInEveryInterval) {
 TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
     // (0, 8, 2)-net in base 2: every elementary interval of area 1/256 holds one of 256 points (φ /
     // π, u).
-    const PointSet set = make_points(Sampler::sobol_owen, Importance::vndf, 12, 16 * 256);
+    const PointSet set = make_points(Sampler::sobol_owen, PointKind::visible_normals, 12, 16 * 256);
     const std::vector<double> cosines = coordinate(set, 3, 0), us = coordinate(set, 3, 2);
     for (int bits = 1; bits <= 7; ++bits) {
         std::vector<int> cells(256);
@@ -110,7 +110,7 @@ TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
 
 TEST(Points, EveryReplicateIsUniformAndNoTwoAreAlike) {
     for (const Sampler sampler : kSamplers) {
-        const PointSet set = make_points(sampler, Importance::vndf, 1, 16 * 1024);
+        const PointSet set = make_points(sampler, PointKind::visible_normals, 1, 16 * 1024);
         std::set<double> first_points;
         double mean = 0;
         for (std::size_t r = 0; r < 16; ++r) {
@@ -127,12 +127,12 @@ TEST(Points, EveryReplicateIsUniformAndNoTwoAreAlike) {
 
 TEST(Points, AnotherSeedGivesOtherPoints) {
     for (const Sampler sampler : kSamplers)
-        EXPECT_NE(make_points(sampler, Importance::ndf, 1, 64).values,
-                  make_points(sampler, Importance::ndf, 2, 64).values);
+        EXPECT_NE(make_points(sampler, PointKind::ggx_normals, 1, 64).values,
+                  make_points(sampler, PointKind::ggx_normals, 2, 64).values);
 }
 
 TEST(Points, AHalfVectorOfAllNormalsComesNormalised) {
-    const PointSet set = make_points(Sampler::random, Importance::ndf, 1, 4096);
+    const PointSet set = make_points(Sampler::random, PointKind::ggx_normals, 1, 4096);
     for (std::size_t i = 0; i < set.values.size(); i += kPointScalars) {
         const double x = set.values[i], z = set.values[i + 1];
         EXPECT_LE(x * x + z * z, 1 + 1e-15);  // the rest is y²

@@ -13,7 +13,7 @@ namespace {
 /// Sums of every batch of 16 replicates of unequal size (37 or 38 points), one term, 8 places, made
 /// up.
 struct Sums {
-    PointSet set = make_points(Sampler::random, Importance::vndf, 3, 16 * 37 + 5);
+    PointSet set = make_points(Sampler::random, PointKind::visible_normals, 3, 16 * 37 + 5);
     std::vector<float> values;
 
     Sums() {
@@ -68,7 +68,8 @@ TEST(Replicates, MeanAndStandardErrorAreTheTextbookOnes) {
         }
         // 16 additions of rounding 1.1e-16 each, on values near 0.5.
         EXPECT_NEAR(replicates.mean(0, place), mean, 2e-15);
-        EXPECT_NEAR(std::sqrt(replicates.variance(0, place)), std::sqrt(spread / (points * 15)), 1e-13);
+        EXPECT_NEAR(std::sqrt(replicates.variance(0, place)), std::sqrt(spread / (points * 15)),
+                    1e-13);
     }
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "server/spec/channels.h"
 #include "server/spec/contract.h"
 
 #include <gtest/gtest.h>
