@@ -45,7 +45,7 @@ KILN_FUNCTION Albedo quadrature_piece(const int masking, const int fresnel, cons
                                       const unsigned int inner_count) {
     const real peak = K(0.7) * eye.alpha * eye.one_plus_po2;
     // G2/G1 has its pole at −NoL ~ NoV where NoV << α; none is left at NoV = 0.
-    const real pole = lane_fma(K(4.0), eye.po, K(1e-5) * eye.alpha);
+    const real pole = lane_fma(lanes(K(4.0)), eye.po, K(1e-5) * eye.alpha);
     Grading g;
     if (piece == KILN_PIECE_ABOVE)
         g = graded_eighth(eye.rest, lane_select(pole < peak, pole, peak));
@@ -117,12 +117,18 @@ KILN_FUNCTION Albedo quadrature(const int masking, const int fresnel, real NoV, 
     // α² / (NoV + S) before the integrals over NoL
     const real sine = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV)) * width;
     const real factor = eye.alpha2 / (NoV + lane_sqrt(lane_fma(NoV, NoV, sine * sine)));
+    const real direct = above.E + below.E + horizon.E;
+    const real divisor = lane_select(direct > K(0.0), direct, lanes(K(1.0)));
+    const real missing = factor * (above.deficit + below.deficit + horizon.deficit + lost);
+    // The deficit is the smaller and the smoother of the two, so its complement is the better E,
+    // and what the direct sum of E is off by, B is off by too.
     Albedo result;
-    result.E = lane_select(alpha > K(0.0), factor * (above.E + below.E + horizon.E), lanes(K(1.0)));
-    result.B = lane_select(alpha > K(0.0), factor * (above.B + below.B + horizon.B),
-                           fresnel ? fresnel_schlick_weight(NoV) : lanes(K(0.0)));
-    result.deficit = lane_select(alpha > K(0.0),
-                                 factor * (above.deficit + below.deficit + horizon.deficit + lost),
-                                 lanes(K(0.0)));
+    result.deficit = lane_select(alpha > K(0.0), missing, lanes(K(0.0)));
+    result.E = K(1.0) - result.deficit;
+    result.B = lanes(K(0.0));
+    if (fresnel)
+        result.B =
+            lane_select(alpha > K(0.0), result.E * ((above.B + below.B + horizon.B) / divisor),
+                        fresnel_schlick_weight(NoV));
     return result;
 }

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/compute/backend.h"
+
+// Deterministic quadrature, see kernels/quadrature.h for the rule.
+//
+// Largest error of one order over NoV, alpha in [1e-4, 1] (the first of two columns) and over a
+// 256 x 256 split-sum table (roughness and NoV at texel centres), both maskings, in double:
+//   order   nodes   E                  B                  deficit, relative
+//   16      680     1e-5     5e-8      7e-5     3e-6      2e-4     5e-6
+//   24      1476    5e-8     2e-11     4e-7     4e-9      8e-7     6e-9
+//   36      3294    2e-11    1e-14     5e-10    1e-10     2e-10    2e-11
+//   54      7344    < 1e-14  < 1e-14   6e-12    1e-12     < 1e-11  < 1e-11
+// In float, rounding adds 2e-7 to E and at most 8e-7 to B.
+namespace kiln {
+
+/// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
+constexpr std::uint64_t quadrature_evaluations(unsigned order, bool fresnel) {
+    const std::uint64_t reflecting = 2 * std::uint64_t{order} + order / 2;
+    return reflecting * (fresnel ? 1 + std::uint64_t{order} : 1) + order / 2;
+}
+
+/// (node, weight) of the Gauss-Legendre rule on [0, 1], of `order` nodes and then of order / 2: by
+/// + - x / and square roots alone, so the same on every machine. Error <= 2e-16.
+std::vector<double> quadrature_nodes(unsigned order);
+
+/// The orders that are tried in turn, all even.
+inline constexpr unsigned kQuadratureOrders[] = {16, 24, 36, 56, 84, 128};
+
+/// What float arithmetic may add to a value beyond the rule's own error, and the least difference
+/// of two orders that can be asked for there.
+inline constexpr double kQuadratureFloatRounding = 1e-6;
+
+struct QuadratureTolerance {
+    double absolute = 1e-9;       ///< of E and B
+    double deficit_relative = 0;  ///< of 1 - E; 0: it is not asked for
+};
+
+/// Texels in the order of the request.
+struct QuadratureResult {
+    std::vector<double> E, B, deficit;  ///< B is empty unless asked for
+    /// Difference of the last two orders, the larger of E's and B's: the error of the lower one.
+    /// The value is the higher one's, whose own error is below that by a factor of 30 and more, and
+    /// of at most kQuadratureFloatRounding in float.
+    std::vector<float> difference;
+    std::vector<float> deficit_difference;  ///< relative
+    std::uint64_t evaluations = 0;
+    unsigned order_max = 0;
+    std::size_t unsettled = 0;  ///< texels whose last two orders still do not agree
+    bool converged() const { return unsettled == 0; }
+};
+
+/// Runs two orders and raises the order of those texels alone that do not agree, which go on
+/// packed, until all agree or no order is left. NoV and alpha (of equal length) lie in [0, 1]; the
+/// tolerances may not be below what the precision can show, and are raised to that. Throws what the
+/// backend throws, and Error("non_finite").
+QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,
+                                      std::span<const double> NoV, std::span<const double> alpha,
+                                      const QuadratureTolerance& tolerance);
+
+/// One place in double, with no backend.
+struct QuadratureValue {
+    double E = 0, B = 0, deficit = 0;
+    double difference = 0;          ///< of the last two orders: the larger of E's and B's
+    double deficit_difference = 0;  ///< relative
+    unsigned order = 0;
+};
+
+/// E, B and 1 - E. Absolute error <= 1e-9 and relative error of the deficit <= 1e-6 for NoV, alpha
+/// in [1e-4, 1]; 0 gives the limits (NoV = 0 from above; alpha = 0 the mirror).
+QuadratureValue quadrature_albedo(double NoV, double alpha, Masking masking);
+
+/// E alone, for a fiftieth of the price.
+double quadrature_directional_albedo(double NoV, double alpha, Masking masking);
+/// 1 - E alone, without the subtraction.
+double quadrature_deficit(double NoV, double alpha, Masking masking);
+/// E_avg = 2 * integral of E NoV dNoV, absolute error <= 1e-9.
+double quadrature_average_albedo(double alpha, Masking masking);
+/// 1 - E_avg without the subtraction, relative error <= 1e-6 for alpha >= 1e-4.
+double quadrature_average_deficit(double alpha, Masking masking);
+
+}  // namespace kiln
