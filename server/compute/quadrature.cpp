@@ -24,13 +24,13 @@ std::pair<double, double> legendre(unsigned degree, double x) {
     return {value, degree * (before - x * value) / ((1 - x) * (1 + x))};
 }
 
-/// Appends the rule of `count` nodes, an even number, on [0, 1].
+/// Appends the rule of `count` nodes on [0, 1].
 void append_rule(unsigned count, std::vector<double>& out) {
     const std::size_t first = out.size();
     out.resize(first + 2 * count);
-    for (unsigned i = 0; i < count / 2; ++i) {
-        // Tricomi's first guess; Newton's method doubles its four digits each time.
-        double x = cos_turn((i + 0.75) / (2 * count + 1));
+    for (unsigned i = 0; i < (count + 1) / 2; ++i) {
+        // Tricomi's first guess, exact for the middle node; Newton's method doubles its digits.
+        double x = 2 * i + 1 == count ? 0 : cos_turn((i + 0.75) / (2 * count + 1));
         for (int step = 0; step < 5; ++step) {
             const auto [value, slope] = legendre(count, x);
             x -= value / slope;
@@ -51,16 +51,16 @@ class Raising {
             std::span<const double> alpha, const QuadratureTolerance& tolerance)
         : backend_(backend), kind_(kind), NoV_(NoV), alpha_(alpha), tolerance_(tolerance) {
         if constexpr (sizeof(Scalar) == sizeof(float)) {
-            tolerance_.absolute = std::max(tolerance_.absolute, 2 * kQuadratureFloatRounding);
+            tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
             if (tolerance_.deficit_relative > 0)
                 tolerance_.deficit_relative =
-                    std::max(tolerance_.deficit_relative, 2 * kQuadratureFloatRounding);
+                    std::max(tolerance_.deficit_relative, kQuadratureFloatRounding / 2);
         }
         const float unknown = std::numeric_limits<float>::infinity();
         result_.E.resize(NoV.size());
         result_.deficit.resize(NoV.size());
-        result_.difference.assign(NoV.size(), unknown);
-        result_.deficit_difference.assign(NoV.size(), unknown);
+        result_.error.assign(NoV.size(), unknown);
+        result_.deficit_error.assign(NoV.size(), unknown);
         if (kind.fresnel) result_.B.resize(NoV.size());
     }
 
@@ -102,7 +102,7 @@ class Raising {
             if (!std::isfinite(E) || !std::isfinite(B) || !std::isfinite(deficit))
                 throw Error("non_finite", "the quadrature gave a value that is not finite");
             const std::size_t place = places[i];
-            if (compare) note_difference(place, E, B, deficit);
+            if (compare) note_error(place, E, B, deficit);
             result_.E[place] = E;
             result_.deficit[place] = deficit;
             if (kind_.fresnel) result_.B[place] = B;
@@ -110,19 +110,19 @@ class Raising {
         }
     }
 
-    void note_difference(std::size_t place, double E, double B, double deficit) {
+    void note_error(std::size_t place, double E, double B, double deficit) {
         double difference = std::abs(E - result_.E[place]);
         if (kind_.fresnel) difference = std::max(difference, std::abs(B - result_.B[place]));
-        result_.difference[place] = static_cast<float>(difference);
+        result_.error[place] = static_cast<float>(difference / kQuadratureGain);
         const double change = std::abs(deficit - result_.deficit[place]);
-        result_.deficit_difference[place] =
-            static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
+        result_.deficit_error[place] = static_cast<float>(
+            change > 0 ? change / std::max(deficit, change) / kQuadratureGain : 0);
     }
 
     bool agrees(std::size_t place) const {
-        return result_.difference[place] <= tolerance_.absolute &&
+        return result_.error[place] <= tolerance_.absolute &&
                (tolerance_.deficit_relative <= 0 ||
-                result_.deficit_difference[place] <= tolerance_.deficit_relative);
+                result_.deficit_error[place] <= tolerance_.deficit_relative);
     }
 
     Backend& backend_;

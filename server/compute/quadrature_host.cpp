@@ -26,9 +26,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #include "kernels/quadrature.h"
 // clang-format on
 
-constexpr double kAbsolute = 1e-9;
-// The error of the higher order is far below the difference: 1e-6 relative with room to spare.
-constexpr double kDeficitRelative = 1e-7;
+// A tenth of what is promised.
+constexpr double kAbsolute = 1e-10, kDeficitRelative = 1e-7;
 
 const std::vector<double>& nodes_of(std::size_t step) {
     static const auto tables = [] {
@@ -49,15 +48,17 @@ QuadratureValue at_order(double NoV, double alpha, Masking masking, bool fresnel
 }
 
 QuadratureValue settle(double NoV, double alpha, Masking masking, bool fresnel) {
-    // The first order never agrees with the second to these tolerances.
-    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, 1);
-    for (std::size_t step = 2;; ++step) {
+    // Lower orders never agree to these tolerances.
+    constexpr std::size_t kFirst = 2;
+    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, kFirst);
+    for (std::size_t step = kFirst + 1;; ++step) {
         QuadratureValue value = at_order(NoV, alpha, masking, fresnel, step);
-        value.difference = std::max(std::abs(value.E - lower.E), std::abs(value.B - lower.B));
+        value.error =
+            std::max(std::abs(value.E - lower.E), std::abs(value.B - lower.B)) / kQuadratureGain;
         if (value.deficit > 0)
-            value.deficit_difference = std::abs(value.deficit - lower.deficit) / value.deficit;
-        const bool agree =
-            value.difference <= kAbsolute && value.deficit_difference <= kDeficitRelative;
+            value.deficit_error =
+                std::abs(value.deficit - lower.deficit) / value.deficit / kQuadratureGain;
+        const bool agree = value.error <= kAbsolute && value.deficit_error <= kDeficitRelative;
         if (agree || step + 1 == std::size(kQuadratureOrders)) return value;
         lower = value;
     }
