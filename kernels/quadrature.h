@@ -44,8 +44,9 @@ KILN_FUNCTION Albedo quadrature_piece(const int masking, const int fresnel, cons
                                       const unsigned int count, KILN_GLOBAL const scalar* inner,
                                       const unsigned int inner_count) {
     const real peak = K(0.7) * eye.alpha * eye.one_plus_po2;
-    // G2/G1 has its pole at −NoL ~ NoV where NoV << α; none is left at NoV = 0.
-    const real pole = lane_fma(lanes(K(4.0)), eye.po, K(1e-5) * eye.alpha);
+    // G2/G1 has a pole at −NoL ~ NoV where NoV << α, ever weaker: none is left at NoV = 0.
+    const real near = lane_fma(lanes(K(4.0)), eye.po, K(1e-5) * eye.alpha);
+    const real pole = lane_select(eye.po > K(0.0), near, peak);
     Grading g;
     if (piece == KILN_PIECE_ABOVE)
         g = graded_eighth(eye.rest, lane_select(pole < peak, pole, peak));

@@ -67,14 +67,19 @@ class Raising {
     QuadratureResult run() {
         std::vector<std::size_t> texels(NoV_.size());
         std::iota(texels.begin(), texels.end(), std::size_t{0});
-        for (std::size_t step = 0; step < std::size(kQuadratureOrders) && !texels.empty(); ++step) {
+        const bool tight =
+            tolerance_.absolute < kQuadratureTight ||
+            (tolerance_.deficit_relative > 0 && tolerance_.deficit_relative < kQuadratureTight);
+        const std::size_t start = tight ? kQuadratureTightStart : 0;
+        for (std::size_t step = start; step < std::size(kQuadratureOrders) && !texels.empty();
+             ++step) {
             order_ = kQuadratureOrders[step];
             const std::vector<double> nodes = quadrature_nodes(order_);
             nodes_.assign(nodes.begin(), nodes.end());
             std::vector<std::size_t> left;
             for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
                 const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
-                block(std::span(texels).subspan(first, count), step > 0, left);
+                block(std::span(texels).subspan(first, count), step > start, left);
             }
             result_.evaluations += texels.size() * quadrature_evaluations(order_, kind_.fresnel);
             result_.order_max = order_;
@@ -113,10 +118,10 @@ class Raising {
     void note_error(std::size_t place, double E, double B, double deficit) {
         double difference = std::abs(E - result_.E[place]);
         if (kind_.fresnel) difference = std::max(difference, std::abs(B - result_.B[place]));
-        result_.error[place] = static_cast<float>(difference / kQuadratureGain);
+        result_.error[place] = static_cast<float>(difference);
         const double change = std::abs(deficit - result_.deficit[place]);
-        result_.deficit_error[place] = static_cast<float>(
-            change > 0 ? change / std::max(deficit, change) / kQuadratureGain : 0);
+        result_.deficit_error[place] =
+            static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
     }
 
     bool agrees(std::size_t place) const {

@@ -30,11 +30,11 @@ std::vector<double> quadrature_nodes(unsigned order);
 
 /// The orders that are tried in turn, all even. Their errors fall like q^order, q = 0.5 to 0.7:
 /// from one to the next by a factor of 40 and more wherever they are below 1e-3.
+/// Tolerances below kQuadratureTight start at 28: by then the error hardly changes its sign any
+/// more, where two orders would agree by chance.
 inline constexpr unsigned kQuadratureOrders[] = {14, 20, 28, 40, 56, 80, 112};
-
-/// The error of a value is stated as the difference to the last order over this: two thirds of what
-/// was the least gain in 600 cases at 1e-10; at 1e-6 it is 40 and more.
-inline constexpr double kQuadratureGain = 2;
+inline constexpr std::size_t kQuadratureTightStart = 2;
+inline constexpr double kQuadratureTight = 1e-7;
 
 /// What float arithmetic may add to a value beyond the rule's own error.
 inline constexpr double kQuadratureFloatRounding = 1e-6;
@@ -47,8 +47,8 @@ struct QuadratureTolerance {
 /// Texels in the order of the request.
 struct QuadratureResult {
     std::vector<double> E, B, deficit;  ///< B is empty unless asked for
-    /// Difference of the last two orders over kQuadratureGain, the larger of E's and B's. In float,
-    /// rounding adds at most kQuadratureFloatRounding.
+    /// Difference of the last two orders, the larger of E's and B's: the error of the lower one,
+    /// and a bound on that of the value. In float, rounding adds at most kQuadratureFloatRounding.
     std::vector<float> error;
     std::vector<float> deficit_error;  ///< the same, relative
     std::uint64_t evaluations = 0;

@@ -48,16 +48,12 @@ QuadratureValue at_order(double NoV, double alpha, Masking masking, bool fresnel
 }
 
 QuadratureValue settle(double NoV, double alpha, Masking masking, bool fresnel) {
-    // Lower orders never agree to these tolerances.
-    constexpr std::size_t kFirst = 2;
-    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, kFirst);
-    for (std::size_t step = kFirst + 1;; ++step) {
+    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, kQuadratureTightStart);
+    for (std::size_t step = kQuadratureTightStart + 1;; ++step) {
         QuadratureValue value = at_order(NoV, alpha, masking, fresnel, step);
-        value.error =
-            std::max(std::abs(value.E - lower.E), std::abs(value.B - lower.B)) / kQuadratureGain;
+        value.error = std::max(std::abs(value.E - lower.E), std::abs(value.B - lower.B));
         if (value.deficit > 0)
-            value.deficit_error =
-                std::abs(value.deficit - lower.deficit) / value.deficit / kQuadratureGain;
+            value.deficit_error = std::abs(value.deficit - lower.deficit) / value.deficit;
         const bool agree = value.error <= kAbsolute && value.deficit_error <= kDeficitRelative;
         if (agree || step + 1 == std::size(kQuadratureOrders)) return value;
         lower = value;
