@@ -75,7 +75,7 @@ void blob_get_hot(benchmark::State& state) {
     if (state.thread_index() == 0) {
         folder = new Folder;
         disk = new DiskBlobStore(folder->path, 64 << 20);
-        cache = new CachedBlobStore(*disk, 16 << 20);
+        cache = new CachedBlobStore(*disk, 16 << 20, 64 << 20);
         digest = cache->put(std::string(kImageBytes, 'x'));
     }
     for (auto _ : state) benchmark::DoNotOptimize(cache->get(digest));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // measure_recipes PICTURE.png [CMGEN.dds]: the true error of the recipes in examples/ on a 256²
-// split sum, against quadrature, as rows of a Markdown table; and a picture of where the error lies
-// (A, common recipe on the left, recommended one on the right; black 1e-6, white 1e-1,
-// logarithmic). The second file is what `cmgen --ibl-dfg=CMGEN.dds -s 256` wrote; its rows lie one
-// texel high, and it is measured on those.
+// split sum and on 256 values of E_avg, against quadrature, as rows of Markdown tables; and a
+// picture of where the error lies (A, common recipe on the left, recommended one on the right;
+// black 1e-6, white 1e-1, logarithmic). The second file is what `cmgen --ibl-dfg=CMGEN.dds -s 256`
+// wrote; its rows lie one texel high, and it is measured on those.
 #include <Imath/half.h>
 
 #include <algorithm>
@@ -30,6 +30,14 @@ constexpr std::size_t kSide = 256;
 struct Recipe {
     const char* name;
     const char* settings;
+};
+
+constexpr Recipe kAverageRecipes[] = {
+    {"common: Hammersley, GGX half vectors, 1024",
+     R"("sampler":"hammersley","importance":"ndf","sample_count":1024)"},
+    {"recommended: scrambled Sobol, visible normals, 1024",
+     R"("sampler":"sobol_owen","importance":"vndf","sample_count":1024)"},
+    {"the same, 4096", R"("sampler":"sobol_owen","importance":"vndf","sample_count":4096)"},
 };
 
 constexpr Recipe kRecipes[] = {
@@ -107,6 +115,28 @@ void draw(Table& picture, std::size_t column, const std::vector<float>& plane,
     }
 }
 
+/// E_avg at 256 roughnesses.
+void measure_averages(Engine& engine) {
+    std::vector<double> truth;
+    for (std::size_t i = 0; i < kSide; ++i) {
+        const double roughness = (static_cast<double>(i) + 0.5) / kSide;
+        truth.push_back(reference::average_albedo(alpha_from_roughness(roughness),
+                                                  reference::Masking::correlated));
+    }
+    std::puts("\n| recipe, samples a texel | E_avg rms | E_avg max | reported rms |");
+    std::puts("|---|---|---|---|");
+    for (const Recipe& recipe : kAverageRecipes) {
+        const Outcome outcome = engine.run(
+            parse_job(std::string(R"({"quantities":["average_albedo"],"resolution":[256],)"
+                                  R"("device":"native",)") +
+                      recipe.settings + "}"),
+            Control{});
+        const Distance error = measure(outcome.table.planes[0], truth);
+        std::printf("| %s | %.1e | %.1e | %.1e |\n", recipe.name, error.rms, error.max,
+                    outcome.report.error[0].standard_error_rms.value_or(0));
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -143,6 +173,7 @@ int main(int argc, char** argv) {
                   measure(planes[0], exact(reference::Quantity::scale, 1.5)),
                   measure(planes[1], exact(reference::Quantity::bias, 1.5)), "- | -");
     }
+    measure_averages(engine);
     const Encoded png = encode(picture, ImageFormat::png, PixelType::uint8, {});
     std::ofstream(argv[1], std::ios::binary) << png.bytes;
     return 0;

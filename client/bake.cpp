@@ -146,7 +146,7 @@ Result bake_anywhere(const BakeOptions& options, const JobSpec& job, const Stop&
     if (!options.server.empty()) return bake_on(options.server, job, stop, options.progress);
     // Nobody asked for a server: one that is there helps, and one that fails must not fail the
     // bake.
-    std::string why = "no server at " + std::string(kDefaultServer);
+    std::string why = "no server at " + kDefaultServer;
     try {
         if (Api(kDefaultServer, [&stop] { return stop.requested(); }).answers())
             return bake_on(kDefaultServer, job, stop, options.progress);

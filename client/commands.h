@@ -5,11 +5,12 @@
 
 #include "client/failure.h"
 #include "client/terminal.h"
+#include "server/base/default_address.h"
 
 namespace kiln::client {
 
-/// Where `kilnd serve` listens unless told otherwise.
-inline constexpr const char* kDefaultServer = "http://127.0.0.1:8117";
+/// Where a server is looked for when none was named.
+inline const std::string kDefaultServer = std::string("http://") + kDefaultAddress;
 
 struct BakeOptions {
     std::string job;                    ///< file, or "-" for standard input

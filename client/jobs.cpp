@@ -77,8 +77,9 @@ Exit list_jobs(const ServerOptions& options, const std::string& state, std::size
     }
     const std::time_t now = std::time(nullptr);
     for (const JobStatus& job : jobs) {
-        const std::string what = job.error_code.empty() ? joined(job.quantities)
-                                                        : job.error_code + ": " + job.error_detail;
+        std::string what = joined(job.quantities);
+        if (!job.error_code.empty())
+            what += (what.empty() ? "" : "; ") + job.error_code + ": " + job.error_detail;
         std::printf("%s  %-9s  %3.0f %%  %8s%s\n", job.id.substr(0, kIdShown).c_str(),
                     printable(job.state).c_str(), 100 * job.progress,
                     age_of(job.created, now).c_str(),

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/compute/devices_json.h"
+
 namespace kiln::client {
 
 namespace {
@@ -200,17 +202,7 @@ std::string difference_json(const Comparison& comparison, double max_error) {
 }
 
 std::string devices_json(const std::vector<DeviceInfo>& devices) {
-    Json list = Json::array();
-    for (const DeviceInfo& device : devices)
-        list.push_back({{"backend", device.backend},
-                        {"name", device.name},
-                        {"vendor", device.vendor},
-                        {"version", device.version},
-                        {"numerics", device.numerics},
-                        {"compute_units", device.compute_units},
-                        {"usable", device.usable},
-                        {"detail", device.detail}});
-    return dump({{"devices", list}});
+    return dump({{"devices", Json::parse(to_json(devices))}});
 }
 
 std::string jobs_json(const std::vector<JobStatus>& jobs) {

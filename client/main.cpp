@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <clocale>
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include "client/commands.h"
 #include "client/json.h"
 #include "server/base/version.h"
+#include "server/spec/phrases.h"
 
 namespace kiln::client {
 
@@ -38,8 +40,7 @@ void add_json(CLI::App& command, Arguments& arguments) {
 
 void add_server(CLI::App& command, std::string& server) {
     command
-        .add_option("--server", server,
-                    std::string("server's URL; also KILN_SERVER; else ") + kDefaultServer)
+        .add_option("--server", server, "server's URL; also KILN_SERVER; else " + kDefaultServer)
         ->type_name("URL");
 }
 
@@ -164,6 +165,26 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return cancel(arguments.server, arguments.id); }; });
 }
 
+/// The library would say that a command is missing, and of a wrong one no word.
+void expect_command(const CLI::App& app, int argc, char** argv) {
+    if (argc < 2) return;
+    const std::string word = argv[1];
+    const bool option = word.starts_with('-');
+    std::vector<std::string> known;
+    std::string all;
+    if (option)
+        known = {"-h", "--help", "--version"};
+    else
+        for (const CLI::App* command : app.get_subcommands({}))
+            known.push_back(command->get_name());
+    if (std::find(known.begin(), known.end(), word) != known.end()) return;
+    for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
+    const std::string near = suggestion(word, known);
+    throw Failure(Exit::usage, "usage",
+                  "\"" + word + "\" is no " + (option ? "option before a command" : "command") +
+                      (near.empty() ? "." : near) + " There are " + all);
+}
+
 /// Flags before environment before defaults.
 void take_environment(Arguments& arguments) {
     const char* server = std::getenv("KILN_SERVER");
@@ -223,6 +244,7 @@ int parse_and_run(int argc, char** argv) {
     add_files(app, arguments);
     add_jobs(app, arguments);
     try {
+        expect_command(app, argc, argv);
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::usage);

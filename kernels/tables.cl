@@ -1,28 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-// The OpenCL entry. One work-item owns KILN_LANES neighbouring texels and walks the batches of a launch.
-// Specialised on what is asked by the closed set KILN_MASKING, KILN_IMPORTANCE, KILN_TERMS, KILN_AVERAGED;
-// sizes, counts and points are arguments.
-//   texels   NoV of every lane, then alpha of every lane: 2 × texel_stride
-//   points   KILN_POINT_SCALARS a point
-//   batches  first point, point count: batch_count pairs
-//   sums     [batch][term that is asked for][texel_stride]
+// The OpenCL entry. One work-item owns KILN_LANES neighbouring texels and walks the batches of a
+// launch. Specialised on what is asked by the closed set KILN_DISTRIBUTION, KILN_MASKING,
+// KILN_IMPORTANCE, KILN_TERMS, KILN_AVERAGED, KILN_FRESNEL, KILN_DIFFUSE, KILN_GENERAL; sizes,
+// counts, points and the numbers of the material are arguments.
+//   texels      NoV of every lane, then alpha of every lane: 2 × texel_stride
+//   points      KILN_POINT_SCALARS a point
+//   parameters  KILN_PARAMETER_COUNT
+//   batches     first point, point count: batch_count pairs
+//   sums        [batch][term that is asked for][texel_stride]
 
 #ifndef KILN_QUADRATURE
 __kernel void tables(__global const scalar* texels, __global const scalar* points,
-                     __global const uint* batches, const uint batch_count, const uint texel_stride,
-                     __global scalar* sums) {
-    const Integrand what = {KILN_MASKING, KILN_IMPORTANCE, KILN_TERMS};
+                     __global const scalar* parameters, __global const uint* batches,
+                     const uint batch_count, const uint texel_stride, __global scalar* sums) {
     const size_t group = get_global_id(0);
     const size_t lane_groups = texel_stride / KILN_LANES;
     __global const real* lane_texels = (__global const real*)texels;
-    const View view = ggx_view(lane_texels[group], lane_texels[lane_groups + group]);
+    const real NoV = lane_texels[group], alpha = lane_texels[lane_groups + group];
     __global real* out = (__global real*)sums + group;
+#if KILN_GENERAL
+    const Material what = {KILN_DISTRIBUTION, KILN_MASKING,  KILN_IMPORTANCE, KILN_TERMS,
+                           KILN_AVERAGED,     KILN_FRESNEL, KILN_DIFFUSE};
+#else
+    const Integrand what = {KILN_MASKING, KILN_IMPORTANCE, KILN_TERMS};
+    const View view = ggx_view(NoV, alpha);
+#endif
     for (uint b = 0; b < batch_count; ++b) {
-        const Terms sum = batch_sum(what, KILN_AVERAGED, view,
-                                    points + (size_t)KILN_POINT_SCALARS * batches[2 * b], batches[2 * b + 1]);
+        __global const scalar* first = points + (size_t)KILN_POINT_SCALARS * batches[2 * b];
+        const uint count = batches[2 * b + 1];
+#if KILN_GENERAL
+        const Sums sum = material_sum(what, parameters, NoV, alpha, first, count);
+        for (int t = 0; t < KILN_TERM_COUNT; ++t)
+            if (KILN_TERMS >> t & 1) { *out = sum.term[t]; out += lane_groups; }
+#else
+        const Terms sum = batch_sum(what, KILN_AVERAGED, view, first, count);
         if (KILN_TERMS & KILN_TERM_WEIGHT) { *out = sum.weight; out += lane_groups; }
         if (KILN_TERMS & KILN_TERM_FRESNEL) { *out = sum.fresnel; out += lane_groups; }
         if (KILN_TERMS & KILN_TERM_DEFICIT) { *out = sum.deficit; out += lane_groups; }
+#endif
     }
 }
 #endif

@@ -20,12 +20,14 @@
 #include "server/base/version.h"
 #include "server/compute/kernel_digest.h"
 #include "server/compute/opencl_threads.h"
+#include "server/http/bounds.h"
 #include "server/http/serve.h"
 #include "server/image/image.h"
 #include "server/settings/settings.h"
 #include "server/spec/contract.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/worker/bounds.h"
 #include "server/worker/worker.h"
 
 namespace {
@@ -91,6 +93,14 @@ std::uint64_t bytes_of(std::int64_t mebibytes) {
     return static_cast<std::uint64_t>(mebibytes) << 20;
 }
 
+kiln::Bounds every_bound() {
+    kiln::Bounds all;
+    for (const kiln::Bounds& some :
+         {kiln::http_bounds(), kiln::store_bounds(), kiln::worker_bounds()})
+        all.insert(all.end(), some.begin(), some.end());
+    return all;
+}
+
 int run(const std::string& command, const Settings& settings) {
     make_data_dir(settings.data_dir);
     if (command == "serve") lock_data_dir(settings.data_dir);
@@ -103,9 +113,10 @@ int run(const std::string& command, const Settings& settings) {
     }
     // Hundreds of connection threads would each grow an arena of their own.
     mallopt(M_ARENA_MAX, 4);
-    kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib));
+    kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib),
+                              bytes_of(settings.downloads_mib));
     const std::string engine = kiln::kernel_digest() + "/" + std::to_string(kiln::kEncoderRevision);
-    return kiln::serve(settings, engine, *jobs, hot);
+    return kiln::serve(settings, engine, every_bound(), *jobs, hot);
 }
 
 }  // namespace

@@ -63,9 +63,11 @@ double Places::NoV(std::size_t place) const {
     return NoV_[NoV_along_x_ ? place % width_ : place / width_];
 }
 
-double Places::alpha(std::size_t place) const {
-    if (NoV_.empty()) return alpha_[place];
-    return alpha_[NoV_along_x_ ? place / width_ : place % width_];
+double Places::alpha(std::size_t place) const { return alpha_[averaged_place(place)]; }
+
+std::size_t Places::averaged_place(std::size_t place) const {
+    if (NoV_.empty()) return place;
+    return NoV_along_x_ ? place / width_ : place % width_;
 }
 
 }  // namespace kiln

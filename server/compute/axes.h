@@ -29,6 +29,8 @@ class Places {
     std::size_t count() const { return width_ * height_; }
     double NoV(std::size_t place) const;
     double alpha(std::size_t place) const;
+    /// The place of averaged() that has the same roughness.
+    std::size_t averaged_place(std::size_t place) const;
 
   private:
     std::size_t width_ = 1, height_ = 1;

@@ -1,21 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <compare>
 #include <cstddef>
 #include <span>
 
 #include "server/compute/points.h"
 #include "server/compute/quadrature_launch.h"
+#include "server/compute/terms.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln {
 
-/// What a kernel is specialised on: what is computed, never how much of it. A closed set.
+inline auto operator<=>(const KernelMaterial& a, const KernelMaterial& b) {
+    const auto key = [](const KernelMaterial& m) {
+        return std::array{m.distribution, m.masking, m.importance, m.terms,
+                          m.averaged,     m.fresnel, m.diffuse,    m.general};
+    };
+    return key(a) <=> key(b);
+}
+inline bool operator==(const KernelMaterial& a, const KernelMaterial& b) { return a <=> b == 0; }
+
+/// What a kernel is specialised on: what is computed, never how much of it. A closed set. What a
+/// pass does not read stands at its default, so that equal passes share a program.
 struct Specialisation {
-    Masking masking = Masking::smith_correlated;
-    Importance importance = Importance::vndf;
-    int terms = 0;  ///< bits 1 << term, see quantity.h
-    bool averaged = false;
+    KernelMaterial material;
     Precision precision = Precision::float32;
     auto operator<=>(const Specialisation&) const = default;
 };
@@ -27,9 +36,10 @@ inline constexpr std::size_t kLanesMax = 16;
 template <typename Scalar>
 struct Launch {
     Specialisation what;
-    std::size_t texel_stride = 0;    ///< texels padded to kLanesMax
-    std::span<const Scalar> texels;  ///< NoV of each, then alpha of each: 2 × texel_stride
-    std::span<const Scalar> points;  ///< kPointScalars a point
+    std::size_t texel_stride = 0;        ///< texels padded to kLanesMax
+    std::span<const Scalar> texels;      ///< NoV of each, then alpha of each: 2 × texel_stride
+    std::span<const Scalar> points;      ///< kPointScalars a point
+    std::span<const Scalar> parameters;  ///< kParameterCount, uniform: kernels/material.h
     std::span<const BatchRange> batches;
     std::span<Scalar> sums;  ///< out: [batch][term asked for, by rising bit][texel_stride]
 };

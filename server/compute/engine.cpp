@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "server/base/error.h"
+#include "server/compute/averages.h"
 #include "server/compute/integrate.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl_programs.h"
@@ -116,11 +117,13 @@ void Engine::warm_up() {
     common.quantities = {Quantity::split_sum_scale, Quantity::split_sum_bias};
     common.resolution = {1, 1};
     common.axes = {Axis{}, Axis{.parameter = Parameter::roughness}};
-    for (const Pass& pass : make_plan(common).passes) state_->opencl().request(pass.what);
+    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes) state_->opencl().request(pass.what);
 }
 
 Outcome Engine::run(const JobSpec& job, const Control& control) {
-    const Plan plan = make_plan(job);
+    const Plan plan = make_plan(job, [&] {
+        return average_deficits(job, *state_->native, state_->pool, control);
+    });
     Choice choice = state_->choose(job, plan, control);
     Outcome outcome;
     if (choice.opencl) {

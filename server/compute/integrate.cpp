@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 
 #include "server/base/error.h"
-#include "server/compute/quantity.h"
 #include "server/compute/rare_events.h"
 #include "server/compute/replicates.h"
-#include "server/spec/words.h"
 
 namespace kiln {
 
@@ -31,6 +30,49 @@ struct TraceLevel {
     ErrorSummary error;
 };
 
+/// Where a share's means are found among the combinations of its pass; `both` is a + b, from which
+/// their covariance follows, and stands for a where there is no b.
+struct SharedCombinations {
+    std::size_t a, b, both;
+};
+
+/// The combinations that the shares of a pass need, each once.
+class Combinations {
+  public:
+    explicit Combinations(const std::vector<Share>& shares) {
+        for (const Share& share : shares) {
+            SharedCombinations found{index(share.a), 0, 0};
+            found.b = found.both = found.a;
+            if (terms_of(share.b) != 0) {
+                found.b = index(share.b);
+                Combination sum = share.a;
+                for (std::size_t t = 0; t < kTermCount; ++t) sum[t] += share.b[t];
+                found.both = index(sum);
+            }
+            shares_.push_back(found);
+        }
+    }
+    const std::vector<Combination>& list() const { return list_; }
+    const SharedCombinations& of(std::size_t share) const { return shares_[share]; }
+
+  private:
+    std::size_t index(const Combination& combination) {
+        const auto at = std::find(list_.begin(), list_.end(), combination);
+        if (at != list_.end()) return static_cast<std::size_t>(at - list_.begin());
+        list_.push_back(combination);
+        return list_.size() - 1;
+    }
+    std::vector<Combination> list_;
+    std::vector<SharedCombinations> shares_;
+};
+
+/// What is known of a channel while its passes run.
+struct ChannelState {
+    std::size_t shares = 0;
+    ErrorSummary error;
+    std::vector<double> variances;  // a texel, where several shares meet
+};
+
 /// One job's way through passes, blocks and launches.
 class Integration {
   public:
@@ -40,19 +82,24 @@ class Integration {
           plan_(plan),
           backend_(backend),
           pool_(pool),
-          control_(control),
-          points_(make_points(job.sampler, job.importance, job.seed, job.sample_count)) {
+          control_(control) {
         for (const Pass& pass : plan.passes)
             samples_planned_ += pass.places.count() * samples_a_place();
         Table& table = outcome_.table;
-        table.width = static_cast<std::size_t>(job.resolution[0]);
-        table.height = job.resolution.size() > 1 ? static_cast<std::size_t>(job.resolution[1]) : 1;
-        for (const Quantity quantity : job.quantities)
-            table.channels.emplace_back(to_word(quantity));
+        const auto extent = [&](std::size_t axis) {
+            return axis < job.resolution.size() ? static_cast<std::size_t>(job.resolution[axis])
+                                                : std::size_t{1};
+        };
+        table.width = extent(0);
+        slice_height_ = extent(1);
+        table.height = slice_height_ * extent(2);
+        for (const Channel& channel : plan.channels) table.channels.push_back(channel.name);
         const std::vector<float> plane(table.width * table.height);
-        table.planes.assign(job.quantities.size(), plane);
-        if (standard_error_planes) outcome_.standard_errors.assign(job.quantities.size(), plane);
-        channel_errors_.resize(job.quantities.size());
+        table.planes.assign(plan.channels.size(), plane);
+        if (standard_error_planes) outcome_.standard_errors.assign(plan.channels.size(), plane);
+        channels_.resize(plan.channels.size());
+        for (const Pass& pass : plan.passes)
+            for (const Share& share : pass.shares) ++channels_[share.channel].shares;
     }
 
     Outcome run() {
@@ -62,6 +109,7 @@ class Integration {
             else
                 run_pass<float>(pass);
         }
+        for (const Exact& exact : plan_.exact) fill(exact);
         fill_report();
         return std::move(outcome_);
     }
@@ -71,13 +119,13 @@ class Integration {
 
     template <typename Scalar>
     void run_pass(const Pass& pass) {
+        points_ = make_points(job_.sampler, pass.points, job_.seed, job_.sample_count);
         const std::size_t block = std::min(
             backend_.block_places(), (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
-        std::vector<std::array<double, kTermCount>> coefficients;
-        for (const std::size_t channel : pass.channels)
-            coefficients.push_back(quantity_row(job_.quantities[channel]).coefficients);
-        Replicates replicates(std::move(coefficients), pass.what.terms, block);
+        const Combinations combinations(pass.shares);
+        Replicates replicates(combinations.list(), pass.what.material.terms, block);
         const std::vector<Scalar> points(points_.values.begin(), points_.values.end());
+        const std::vector<Scalar> parameters(pass.parameters.begin(), pass.parameters.end());
         std::vector<Scalar> texels(2 * block), sums;
         for (std::size_t first = 0; first < pass.places.count(); first += block) {
             const std::size_t count = std::min(block, pass.places.count() - first);
@@ -89,36 +137,38 @@ class Integration {
                     const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
                     texels[i] = static_cast<Scalar>(NoV);
                     texels[block + i] = static_cast<Scalar>(alpha);
-                    if (i < count && pass.what.importance == Importance::vndf)
-                        deficits[i] = expected_deficit(pass.what, NoV, alpha);
+                    if (i < count && pass.points == PointKind::visible_normals)
+                        deficits[i] = expected_deficit(pass.what.material, NoV, alpha);
                 }
             });
             replicates.reset(std::move(deficits));
-            run_block<Scalar>(pass, replicates, block, texels, points, sums);
-            store_block(pass, replicates, first);
+            run_block<Scalar>(Launch<Scalar>{pass.what, block, texels, points, parameters, {}, {}},
+                              replicates, sums);
+            for (std::size_t s = 0; s < pass.shares.size(); ++s)
+                store(pass, pass.shares[s], combinations.of(s), replicates, first);
+            count_work(pass, replicates);
         }
     }
 
     template <typename Scalar>
-    void run_block(const Pass& pass, Replicates& replicates, std::size_t stride,
-                   const std::vector<Scalar>& texels, const std::vector<Scalar>& points,
-                   std::vector<Scalar>& sums) {
-        const std::size_t planes =
-            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(pass.what.terms)));
+    void run_block(Launch<Scalar> launch, Replicates& replicates, std::vector<Scalar>& sums) {
+        const std::size_t stride = launch.texel_stride;
+        const std::size_t planes = static_cast<std::size_t>(
+            __builtin_popcount(static_cast<unsigned>(launch.what.material.terms)));
         auto started = Clock::now();
         double elapsed = 0;
         for (std::size_t first = 0; first < points_.batches.size();) {
             const std::size_t count = launch_batches(first, stride);
             sums.resize(std::max(sums.size(), count * planes * stride));
-            backend_.run(Launch<Scalar>{pass.what, stride, texels, points,
-                                        std::span(points_.batches).subspan(first, count),
-                                        std::span(sums).first(count * planes * stride)});
+            launch.batches = std::span(points_.batches).subspan(first, count);
+            launch.sums = std::span(sums).first(count * planes * stride);
+            backend_.run(launch);
             replicates.add(pool_, points_, first, count, std::span<const Scalar>(sums));
             first += count;
             elapsed += seconds_since(started);
             std::optional<double> error_max;
             if (is_trace_level(replicates, first))
-                error_max = add_trace(replicates, elapsed, pass.channels.size());
+                error_max = add_trace(replicates, elapsed);
             report_progress(count_samples(first - count, count) * replicates.place_count(),
                             error_max);
             started = Clock::now();
@@ -159,11 +209,12 @@ class Integration {
                (n == points_.replicate_sizes.size() || (n >= 2 && (n & (n - 1)) == 0));
     }
 
-    double add_trace(const Replicates& replicates, double elapsed, std::size_t quantity_count) {
+    double add_trace(const Replicates& replicates, double elapsed) {
         TraceLevel& level = trace_[replicates.samples()];
         level.elapsed_s += elapsed;
         ErrorSummary here;
-        for (std::size_t q = 0; q < quantity_count; ++q) here.add(replicates.summary(pool_, q));
+        for (std::size_t c = 0; c < replicates.combination_count(); ++c)
+            here.add(replicates.summary(pool_, c));
         level.error.add(here);
         return here.max;
     }
@@ -177,43 +228,75 @@ class Integration {
         if (control_.cancelled()) throw Cancelled();
     }
 
-    void store_block(const Pass& pass, const Replicates& replicates, std::size_t first) {
-        for (std::size_t q = 0; q < pass.channels.size(); ++q) {
-            const std::size_t channel = pass.channels[q];
-            channel_errors_[channel].add(replicates.summary(pool_, q));
-            store(pass, outcome_.table.planes[channel], first, replicates,
-                  [&](std::size_t i) { return replicates.mean(q, i); });
-            if (!outcome_.standard_errors.empty())
-                store(pass, outcome_.standard_errors[channel], first, replicates,
-                      [&](std::size_t i) { return replicates.standard_error(q, i); });
-        }
+    void count_work(const Pass& pass, const Replicates& replicates) {
         Work& work = outcome_.report.work;
+        const int terms = pass.what.material.terms;
         const std::uint64_t samples = replicates.place_count() * samples_a_place();
         work.brdf_evaluations += samples;
-        if (pass.what.terms & terms_of(Quantity::split_sum_bias))
-            work.fresnel_evaluations += samples;
-        if (pass.what.terms & terms_of(Quantity::multiscatter_albedo))
-            work.multiscatter_evaluations += samples;
+        const int per_channel[] = {1 << kSchlick, 1 << kColour, 2 << kColour, 4 << kColour,
+                                   1 << kTransmitted, 2 << kTransmitted, 4 << kTransmitted};
+        for (const int term : per_channel)
+            if (terms & term) work.fresnel_evaluations += samples;
+        if (terms & 1 << kDeficit) work.multiscatter_evaluations += samples;
     }
 
-    /// A block's values into a plane; an averaged place fills its whole line of the table.
-    template <typename Value>
-    void store(const Pass& pass, std::vector<float>& plane, std::size_t first,
-               const Replicates& replicates, Value value) const {
-        const Table& table = outcome_.table;
-        const bool along_x = pass.what.averaged && roughness_axis(job_) == 0;
+    /// A block's share of a channel into its planes.
+    void store(const Pass& pass, const Share& share, const SharedCombinations& means,
+               const Replicates& replicates, std::size_t first) {
+        ChannelState& channel = channels_[share.channel];
+        // What several passes make up together has one error: each texel's, once all are in.
+        if (channel.shares > 1 && channel.variances.empty())
+            channel.variances.resize(outcome_.table.planes[share.channel].size());
         for (std::size_t i = 0; i < replicates.place_count(); ++i) {
-            const auto texel = static_cast<float>(value(i));
-            if (!pass.what.averaged) {
-                plane[first + i] = texel;
-            } else if (along_x) {
-                for (std::size_t y = 0; y < table.height; ++y)
-                    plane[y * table.width + first + i] = texel;
-            } else {
-                std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>((first + i) * table.width),
-                            table.width, texel);
+            double value = replicates.mean(means.a, i), variance = replicates.variance(means.a, i);
+            if (share.part) {
+                const double b = means.both == means.a ? 0 : replicates.mean(means.b, i);
+                const Part part = share.part(first + i, value, b);
+                double spread = part.by_a * part.by_a * variance;
+                if (means.both != means.a) {
+                    const double of_b = replicates.variance(means.b, i);
+                    const double twice = replicates.variance(means.both, i) - variance - of_b;
+                    spread += part.by_b * (part.by_b * of_b + part.by_a * twice);
+                }
+                value = part.value;
+                variance = std::max(spread, 0.0) + part.variance;
             }
+            if (channel.shares == 1) channel.error.add(variance, pass.slices.size());
+            for (const std::size_t slice : pass.slices)
+                for_texels(pass, slice, first + i, [&](std::size_t texel) {
+                    add_texel(share.channel, texel, value, variance);
+                });
         }
+    }
+
+    void add_texel(std::size_t channel, std::size_t texel, double value, double variance) {
+        std::vector<double>& variances = channels_[channel].variances;
+        if (!variances.empty()) variance = variances[texel] += variance;
+        float& at = outcome_.table.planes[channel][texel];
+        at = static_cast<float>(at + value);
+        if (!outcome_.standard_errors.empty())
+            outcome_.standard_errors[channel][texel] = static_cast<float>(std::sqrt(variance));
+    }
+
+    /// The texels of a slice that one place fills: an averaged place fills its whole line.
+    template <typename Body>
+    void for_texels(const Pass& pass, std::size_t slice, std::size_t place, Body body) const {
+        const std::size_t width = outcome_.table.width, above = slice * slice_height_ * width;
+        if (!pass.what.material.averaged) {
+            body(above + place);
+        } else if (roughness_axis(job_) == 0) {
+            for (std::size_t y = 0; y < slice_height_; ++y) body(above + y * width + place);
+        } else {
+            for (std::size_t x = 0; x < width; ++x) body(above + place * width + x);
+        }
+    }
+
+    void fill(const Exact& exact) {
+        std::vector<float>& plane = outcome_.table.planes[exact.channel];
+        const std::size_t texels = slice_height_ * outcome_.table.width;
+        for (std::size_t slice = 0; slice * texels < plane.size(); ++slice)
+            std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>(slice * texels), texels,
+                        static_cast<float>(exact.value(slice)));
     }
 
     void fill_report() {
@@ -221,15 +304,17 @@ class Integration {
         report.samples_per_texel = job_.sample_count;
         report.samples_total = samples_done_;
         report.replicates = static_cast<std::int64_t>(points_.replicate_sizes.size());
-        const bool known = report.replicates > 1;
+        const bool known = plan_.passes.empty() || report.replicates > 1;
         if (!known)
             report.warnings.push_back(
                 "one sample a texel leaves no replicates to compare: no error can be estimated");
-        for (std::size_t channel = 0; channel < channel_errors_.size(); ++channel) {
+        for (std::size_t channel = 0; channel < channels_.size(); ++channel) {
             ChannelError error{outcome_.table.channels[channel], {}, {}, {}, {}, {}, {}};
+            ErrorSummary& summary = channels_[channel].error;
+            for (const double variance : channels_[channel].variances) summary.add(variance, 1);
             if (known) {
-                error.standard_error_rms = channel_errors_[channel].rms();
-                error.standard_error_max = channel_errors_[channel].max;
+                error.standard_error_rms = summary.rms();
+                error.standard_error_max = summary.max;
             }
             report.error.push_back(std::move(error));
         }
@@ -250,7 +335,8 @@ class Integration {
     const Control& control_;
     PointSet points_;
     Outcome outcome_;
-    std::vector<ErrorSummary> channel_errors_;
+    std::vector<ChannelState> channels_;
+    std::size_t slice_height_ = 1;
     std::map<std::uint64_t, TraceLevel> trace_;
     std::uint64_t samples_planned_ = 0, samples_done_ = 0;
     std::optional<double> error_so_far_;

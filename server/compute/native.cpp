@@ -62,18 +62,16 @@ class NativeBackend : public Backend {
 
     template <typename Scalar, typename Find>
     void run_groups(const Launch<Scalar>& launch, std::size_t lanes, Find find) {
-        const Specialisation& what = launch.what;
-        const NativeFunction<Scalar> function =
-            find(static_cast<int>(what.masking), static_cast<int>(what.importance), what.terms,
-                 what.averaged ? 1 : 0);
+        const NativeFunction<Scalar> function = find(launch.what.material);
         pool_.parallel_for(
             (launch.texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
                 const std::size_t end = std::min((task + 1) * kTexelsATask, launch.texel_stride);
                 for (std::size_t first = task * kTexelsATask; first < end; first += lanes)
                     function({launch.texels.data() + first,
                               launch.texels.data() + launch.texel_stride + first,
-                              launch.points.data(), launch.batches.data(),
+                              launch.points.data(), launch.parameters.data(), launch.batches.data(),
                               static_cast<unsigned>(launch.batches.size()), launch.texel_stride,
+                              launch.what.material,
                               launch.sums.data() + first});
             });
     }

@@ -10,15 +10,26 @@ struct BatchRange {
     unsigned point_count = 0;
 };
 
+/// What a kernel computes, by the numbers of kernels/*.h. Mirrored by Integrand and Material there.
+struct KernelMaterial {
+    int distribution = 0, masking = 0, importance = 0;
+    int terms = 0;     ///< bits 1 << term, see quantity.h
+    int averaged = 0;  ///< NoV comes with every point
+    int fresnel = 0, diffuse = 0;
+    int general = 0;  ///< by kernels/material.h, not by the fast path of kernels/batch.h
+};
+
 /// One lane group of a launch, see Launch in backend.h; pointers already stand at the group.
 template <typename Scalar>
 struct NativeGroup {
     const Scalar* NoV;
     const Scalar* alpha;
     const Scalar* points;
+    const Scalar* parameters;
     const BatchRange* batches;
     unsigned batch_count;
     unsigned long texel_stride;
+    KernelMaterial material;
     Scalar* sums;
 };
 
@@ -40,11 +51,11 @@ struct NativeQuadratureGroup {
 template <typename Scalar>
 using NativeQuadrature = void (*)(const NativeQuadratureGroup<Scalar>&);
 
-/// The functions of one instruction set. Arguments as Specialisation, by number.
+/// The functions of one instruction set.
 struct NativeKernels {
     int float_lanes, double_lanes;
-    NativeFunction<float> (*find_float)(int masking, int importance, int terms, int averaged);
-    NativeFunction<double> (*find_double)(int masking, int importance, int terms, int averaged);
+    NativeFunction<float> (*find_float)(const KernelMaterial&);
+    NativeFunction<double> (*find_double)(const KernelMaterial&);
     NativeQuadrature<float> (*find_quadrature_float)(int masking, int fresnel);
     NativeQuadrature<double> (*find_quadrature_double)(int masking, int fresnel);
 };

@@ -17,11 +17,15 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/lane.h"
+#include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/microfacet.h"
+#include "kernels/material.h"
 // clang-format on
 
 static void store(scalar* to, real value) {
@@ -64,8 +68,31 @@ struct Row {
          group_sums<masking, importance, 7, 1>}};
 };
 
-static NativeFunction<scalar> find(int masking, int importance, int terms, int averaged) {
+// The general path, once for all materials: a branch that is the same for every sample costs less
+// than any of the terms behind it.
+static void material_sums(const NativeGroup<scalar>& group) {
+    const KernelMaterial& m = group.material;
+    const Material what = {m.distribution, m.masking, m.importance, m.terms,
+                           m.averaged,     m.fresnel, m.diffuse};
+    real NoV, alpha;
+    for (int lane = 0; lane < KILN_LANES; ++lane) {
+        NoV[lane] = group.NoV[lane];
+        alpha[lane] = group.alpha[lane];
+    }
+    scalar* out = group.sums;
+    for (unsigned b = 0; b < group.batch_count; ++b) {
+        const BatchRange batch = group.batches[b];
+        const Sums sums = material_sum(
+            what, group.parameters, NoV, alpha,
+            group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point, batch.point_count);
+        for (int t = 0; t < KILN_TERM_COUNT; ++t)
+            if (what.terms >> t & 1) store(out, sums.term[t]), out += group.texel_stride;
+    }
+}
+
+static NativeFunction<scalar> find(const KernelMaterial& what) {
+    if (what.general) return material_sums;
     constexpr const NativeFunction<scalar>(*rows[2][2])[8] = {
         {Row<0, 0>::functions, Row<0, 1>::functions}, {Row<1, 0>::functions, Row<1, 1>::functions}};
-    return rows[masking][importance][averaged][terms];
+    return rows[what.masking][what.importance][what.averaged][what.terms];
 }

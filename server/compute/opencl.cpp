@@ -31,6 +31,12 @@ struct Room {
     std::size_t bytes = 0;
 };
 
+/// The kind of points that a program takes.
+PointKind trial_points(const KernelMaterial& material) {
+    return point_kind(static_cast<Distribution>(material.distribution),
+                      static_cast<Importance>(material.importance));
+}
+
 /// Options come from closed sets alone: no text of a user can reach the compiler.
 using Definitions = std::vector<std::pair<const char*, int>>;
 
@@ -50,10 +56,11 @@ std::string build_options(const Definitions& definitions, Precision precision, s
 
 const char* entry_of(const Specialisation&) { return "tables"; }
 Definitions definitions_of(const Specialisation& what) {
-    return {{"KILN_MASKING", static_cast<int>(what.masking)},
-            {"KILN_IMPORTANCE", static_cast<int>(what.importance)},
-            {"KILN_TERMS", what.terms},
-            {"KILN_AVERAGED", what.averaged ? 1 : 0}};
+    const KernelMaterial& material = what.material;
+    return {{"KILN_DISTRIBUTION", material.distribution}, {"KILN_MASKING", material.masking},
+            {"KILN_IMPORTANCE", material.importance},     {"KILN_TERMS", material.terms},
+            {"KILN_AVERAGED", material.averaged},         {"KILN_FRESNEL", material.fresnel},
+            {"KILN_DIFFUSE", material.diffuse},           {"KILN_GENERAL", material.general}};
 }
 
 const char* entry_of(const QuadratureKind&) { return "quadrature_table"; }
@@ -182,12 +189,13 @@ struct OpenClBackend::State {
     template <typename Scalar>
     void launch(const Built& program, const Launch<Scalar>& launch, Room& room) const {
         const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
-                         batches = copy(launch.batches);
+                         parameters = copy(launch.parameters), batches = copy(launch.batches);
         const auto batch_count = static_cast<cl_uint>(launch.batches.size());
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
         enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.sums, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), points.address()},
+                 {sizeof(cl_mem), parameters.address()},
                  {sizeof(cl_mem), batches.address()},
                  {sizeof(batch_count), &batch_count},
                  {sizeof(stride), &stride}});
@@ -211,14 +219,20 @@ struct OpenClBackend::State {
     bool equals_oracle(const Built& program, const Specialisation& what) const {
         constexpr std::size_t kStride = 64, kPoints = 64;
         const std::vector<Scalar> texels = trial_texels<Scalar>(8);
-        const PointSet set = make_points(Sampler::sobol_owen, what.importance, 0, kPoints);
+        std::vector<Scalar> parameters(kParameterCount);  // legal for every model
+        for (std::size_t p = 0; p < kParameterCount; ++p)
+            parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+        const PointSet set =
+            make_points(Sampler::sobol_owen, trial_points(what.material), 0, kPoints);
         const std::vector<Scalar> points(set.values.begin(), set.values.end());
-        const std::size_t planes =
-            static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.terms)));
+        const std::size_t planes = static_cast<std::size_t>(
+            __builtin_popcount(static_cast<unsigned>(what.material.terms)));
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
         Room room;
-        launch(program, Launch<Scalar>{what, kStride, texels, points, set.batches, mine}, room);
-        oracle.run(Launch<Scalar>{what, kStride, texels, points, set.batches, wanted});
+        Launch<Scalar> trial{what, kStride, texels, points, parameters, set.batches, mine};
+        launch(program, trial, room);
+        trial.sums = wanted;
+        oracle.run(trial);
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
     }
 

@@ -6,12 +6,6 @@
 
 namespace kiln {
 
-namespace {
-/// A device that failed this often is not opened again: every try costs its job a restart on
-/// native.
-constexpr int kDeviceFailuresMax = 3;
-}  // namespace
-
 OpenClPrograms::OpenClPrograms()
     : oracle_(make_native_backend(trial_pool_, usable_instruction_sets().front())),
       thread_([this](const std::stop_token& stop) { work(stop); }) {}

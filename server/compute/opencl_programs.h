@@ -15,6 +15,10 @@
 
 namespace kiln {
 
+/// A device that failed this often is not opened again: every try costs its job a restart on
+/// native.
+inline constexpr int kDeviceFailuresMax = 3;
+
 /// Opens the OpenCL device and builds its programs on a thread of its own, so that the first jobs
 /// need not wait for a compiler.
 class OpenClPrograms {

@@ -1,54 +1,298 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/plan.h"
 
-#include "server/compute/quantity.h"
+#include <algorithm>
+#include <memory>
+
+#include "server/compute/fresnel.h"
 
 namespace kiln {
 
 namespace {
 
-constexpr int kFresnelBit = 2, kDeficitBit = 4;
+constexpr int kFastTerms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit;
+constexpr int kColourTerms = 7 << kColour, kTransmittedTerms = 7 << kTransmitted;
+constexpr int kDiffuseTerms = 7 << kDiffuse | kTransmittedTerms;
+constexpr double kSchlickExponent = 5;
 
-void add_pass(Plan& plan, const JobSpec& job, bool averaged) {
-    Pass pass{{job.masking, job.importance, 0, averaged, job.precision},
-              averaged ? Places::averaged(job) : Places{},
-              {}};
-    for (std::size_t channel = 0; channel < job.quantities.size(); ++channel) {
-        if (quantity_row(job.quantities[channel]).averaged != averaged) continue;
-        pass.what.terms |= terms_of(job.quantities[channel]);
-        pass.channels.push_back(channel);
-    }
-    if (pass.channels.empty()) return;
-    if (!averaged) pass.places = Places::directional(job);
-    plan.passes.push_back(std::move(pass));
+Combination one(std::size_t term, double coefficient = 1) {
+    Combination combination{};
+    combination[term] = coefficient;
+    return combination;
 }
 
-void say_what_is_left_out(Plan& plan, const JobSpec& job) {
-    int terms = 0;
-    bool averaged = false;
-    for (const Pass& pass : plan.passes) {
-        terms |= pass.what.terms;
-        averaged |= pass.what.averaged;
-    }
-    if (!(terms & kFresnelBit))
-        plan.left_out.push_back({"Fresnel term", "no quantity that was asked for needs it"});
-    if (!(terms & kDeficitBit))
-        plan.left_out.push_back(
-            {"multiple-scattering term", "no quantity that was asked for needs it"});
-    if (averaged && job.axes.size() > 1)
-        plan.left_out.push_back({"average_albedo along NoV",
-                                 "it depends on roughness alone: integrated once for "
-                                 "each roughness and repeated"});
+/// The Fresnel model of a slice: the job's, with the number that lies along z.
+FresnelModel fresnel_of_slice(const JobSpec& job, std::size_t slice) {
+    FresnelModel fresnel = job.fresnel;
+    if (job.axes.size() < 3) return fresnel;
+    const double value =
+        axis_value(job.axes[2], static_cast<std::int64_t>(slice), job.resolution[2]);
+    (job.axes[2].parameter == Parameter::ior ? fresnel.ior : fresnel.f0) = {value};
+    return fresnel;
 }
+
+/// Kulla, Conty 2017: what the compensation lobe reflects of the energy that is missing. The second
+/// bounce carries two Fresnel factors, so F_avg is squared; `linear` is the form of older slides.
+double multiscatter_fresnel(bool linear, double average, double deficit) {
+    return average * (linear ? 1 : average) * (1 - deficit) / (1 - average * deficit);
+}
+
+class Planner {
+  public:
+    Planner(const JobSpec& job, const std::function<Averages()>& averages)
+        : job_(job), ask_averages_(averages) {
+        plan_.channels = channels_of(job);
+        slice_count_ = job.axes.size() > 2 ? static_cast<std::size_t>(job.resolution[2]) : 1;
+    }
+
+    Plan make() {
+        for (std::size_t c = 0; c < plan_.channels.size(); ++c) {
+            const Quantity quantity = plan_.channels[c].quantity;
+            if (quantity == Quantity::fresnel_average) {
+                add_exact(c);
+            } else if (!reads_fresnel(quantity)) {
+                add(c, 0, slice_count_);
+            } else {
+                for (std::size_t slice = 0; slice < slice_count_; ++slice) add(c, slice, 1);
+            }
+        }
+        std::stable_sort(plan_.passes.begin(), plan_.passes.end(),
+                         [](const Pass& a, const Pass& b) { return a.slices[0] < b.slices[0]; });
+        for (Pass& pass : plan_.passes) settle(pass);
+        say_what_is_left_out();
+        return std::move(plan_);
+    }
+
+  private:
+    void add_exact(std::size_t channel) {
+        const JobSpec job = job_;
+        const int colour = plan_.channels[channel].colour;
+        plan_.exact.push_back({channel, [job, colour](std::size_t slice) {
+                                   return fresnel_average(fresnel_of_slice(job, slice), colour);
+                               }});
+    }
+
+    /// The pass of this kind that fills these slices; a new one where there is none.
+    Pass& pass(bool diffuse, bool averaged, std::size_t slice, std::size_t slice_count) {
+        for (Pass& pass : plan_.passes) {
+            const bool is_diffuse = pass.points == PointKind::cosine_diffuse;
+            if (is_diffuse == diffuse && (pass.what.material.averaged != 0) == averaged &&
+                pass.slices[0] == slice && pass.slices.size() == slice_count)
+                return pass;
+        }
+        Pass made;
+        made.what.material = lobe_of(job_);
+        made.what.precision = job_.precision;
+        made.points = point_kind(job_.distribution, job_.importance);
+        if (diffuse) {
+            made.what.material = {};
+            made.what.material.importance = static_cast<int>(Importance::cosine);
+            made.points = PointKind::cosine_diffuse;
+        }
+        made.what.material.averaged = averaged ? 1 : 0;
+        made.places = averaged ? Places::averaged(job_) : Places::directional(job_);
+        made.slices.clear();
+        for (std::size_t s = slice; s < slice + slice_count; ++s) made.slices.push_back(s);
+        plan_.passes.push_back(std::move(made));
+        return plan_.passes.back();
+    }
+
+    void add(std::size_t channel, std::size_t slice, std::size_t count) {
+        const Quantity quantity = plan_.channels[channel].quantity;
+        const int colour = plan_.channels[channel].colour;
+        const auto specular = [&](Combination a, bool averaged = false) {
+            pass(false, averaged, slice, count).shares.push_back({channel, a, {}, {}});
+        };
+        const auto diffuse = [&](bool averaged) {
+            pass(true, averaged, slice, count)
+                .shares.push_back({channel, one(kDiffuse + static_cast<std::size_t>(colour)), {}, {}});
+        };
+        switch (quantity) {
+            case Quantity::split_sum_scale: {
+                Combination a = one(kWeight);
+                a[kSchlick] = -1;
+                return specular(a);
+            }
+            case Quantity::split_sum_bias:
+                return specular(one(kSchlick));
+            case Quantity::directional_albedo:
+                return specular(one(kWeight));
+            case Quantity::average_albedo:
+                return specular(one(kWeight), true);
+            // ∫ f_ms NoL dω = 1 − E(NoV) exactly (Kulla, Conty 2017). Sampling f_ms by GGX half
+            // vectors, as is often done, misses most of it at low roughness.
+            case Quantity::multiscatter_albedo:
+                return specular(one(kDeficit));
+            case Quantity::specular_albedo:
+                return specular(reflected(colour));
+            case Quantity::compensated_albedo:
+                pass(false, false, slice, count)
+                    .shares.push_back(compensated(channel, slice, colour));
+                return;
+            case Quantity::diffuse_albedo:
+                return diffuse(false);
+            case Quantity::diffuse_average_albedo:
+                return diffuse(true);
+            case Quantity::total_albedo:
+                return add_total(channel, slice, colour);
+            case Quantity::fresnel_average:
+                break;
+        }
+        __builtin_unreachable();
+    }
+
+    /// F(VoH) f NoL / pdf; with F = 1 it is the weight, and costs nothing more.
+    Combination reflected(int colour) const {
+        return job_.fresnel.model == Fresnel::none ? one(kWeight) : one(kColour + static_cast<std::size_t>(colour));
+    }
+
+    Share compensated(std::size_t channel, std::size_t slice, int colour) {
+        const FresnelModel fresnel = fresnel_of_slice(job_, slice);
+        Share share{channel, reflected(colour), {}, {}};
+        if (job_.multiscatter == Multiscatter::turquin) {
+            // Turquin 2019, eq. 16: the lobe scaled by 1 + F0 (1 − E) / E.
+            const double F0 = kiln::fresnel(fresnel, colour, 1.0);
+            share.b = one(kWeight);
+            share.part = [F0](std::size_t, double S, double E) {
+                return Part{S * (1 + F0 * (1 - E) / E), 1 + F0 * (1 - E) / E, -S * F0 / (E * E), 0};
+            };
+        } else if (job_.multiscatter != Multiscatter::none) {
+            share.b = one(kDeficit);
+            share.part = kulla_conty(fresnel_average(fresnel, colour));
+        }
+        return share;
+    }
+
+    std::function<Part(std::size_t, double, double)> kulla_conty(double F_avg) {
+        if (!averages_) averages_ = std::make_shared<const Averages>(ask_averages_());
+        const Places places = Places::directional(job_);
+        const bool linear = job_.multiscatter == Multiscatter::kulla_conty_linear;
+        return [F_avg, linear, places, averages = averages_](std::size_t place, double S,
+                                                             double deficit) {
+            const std::size_t row = places.averaged_place(place);
+            const double missing = averages->deficit[row], error = averages->standard_error[row];
+            const double F_ms = multiscatter_fresnel(linear, F_avg, missing);
+            const double slope =
+                (multiscatter_fresnel(linear, F_avg, missing + 1e-6) - F_ms) / 1e-6;
+            const double carried = slope * error * deficit;
+            return Part{S + F_ms * deficit, 1, F_ms, carried * carried};
+        };
+    }
+
+    void add_total(std::size_t channel, std::size_t slice, int colour) {
+        const FresnelModel fresnel = fresnel_of_slice(job_, slice);
+        const bool lit = job_.diffuse.model != DiffuseModel::none;
+        Share specular = compensated(channel, slice, colour);
+        Share under{channel, one(kDiffuse + static_cast<std::size_t>(colour)), {}, {}};
+        if (job_.coupling == Coupling::kelemen && lit) {
+            // ∫ of the matte lobe of Kelemen, Szirmay-Kalos 2001 as in Kulla, Conty 2017 is the
+            // albedo times what the specular lobe leaves over, exactly.
+            const double rho = job_.diffuse.albedo[job_.diffuse.albedo.size() == 3 ? static_cast<std::size_t>(colour) : 0];
+            specular.part = [rho, inner = specular.part](std::size_t place, double a, double b) {
+                const Part s = inner ? inner(place, a, b) : Part{a, 1, 0, 0};
+                const double left = 1 - rho;
+                return Part{rho + left * s.value, left * s.by_a, left * s.by_b,
+                            left * left * s.variance};
+            };
+        } else if (job_.coupling == Coupling::view) {
+            const Places places = Places::directional(job_);
+            const auto F = [fresnel, colour, places](std::size_t place) {
+                return kiln::fresnel(fresnel, colour, places.NoV(place));
+            };
+            specular.a = one(kWeight);
+            specular.part = [F](std::size_t place, double a, double) {
+                return Part{F(place) * a, F(place), 0, 0};
+            };
+            under.part = [F](std::size_t place, double a, double) {
+                return Part{(1 - F(place)) * a, 1 - F(place), 0, 0};
+            };
+        } else if (job_.coupling == Coupling::half_vector &&
+                   job_.fresnel.model != Fresnel::none) {
+            under.a = one(kTransmitted + static_cast<std::size_t>(colour));
+        }
+        pass(false, false, slice, 1).shares.push_back(std::move(specular));
+        if (lit && job_.coupling != Coupling::kelemen)
+            pass(true, false, slice, 1).shares.push_back(std::move(under));
+    }
+
+    /// Terms, numbers and the kernel's path, once all shares are known.
+    void settle(Pass& pass) const {
+        KernelMaterial& material = pass.what.material;
+        for (const Share& share : pass.shares)
+            material.terms |= terms_of(share.a) | terms_of(share.b);
+        const FresnelModel fresnel = fresnel_of_slice(job_, pass.slices[0]);
+        if (material.terms & (kColourTerms | kTransmittedTerms)) {
+            material.fresnel = fresnel_function(fresnel);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto numbers = fresnel_parameters(fresnel, static_cast<int>(c));
+                std::copy(numbers.begin(), numbers.end(),
+                          pass.parameters.begin() + static_cast<std::ptrdiff_t>(c * numbers.size()));
+            }
+        }
+        if (material.terms & kDiffuseTerms) {
+            // The kernels have no number for a lobe that is not there.
+            material.diffuse = static_cast<int>(job_.diffuse.model) -
+                               static_cast<int>(DiffuseModel::lambert);
+            const auto& albedo = job_.diffuse.albedo;
+            for (std::size_t c = 0; c < 3; ++c)
+                pass.parameters[kParameterCount - 4 + c] = albedo[albedo.size() == 3 ? c : 0];
+        }
+        const double exponent =
+            fresnel.model == Fresnel::schlick ? fresnel.exponent : kSchlickExponent;
+        pass.parameters[kParameterCount - 1] = exponent;
+        const bool fast_lobe = job_.distribution == Distribution::ggx &&
+                               job_.masking <= Masking::smith_separable &&
+                               job_.importance <= Importance::ndf;
+        const bool other_power = (material.terms & 1 << kSchlick) && exponent != kSchlickExponent;
+        material.general = !fast_lobe || (material.terms & ~kFastTerms) || other_power ? 1 : 0;
+    }
+
+    void say_what_is_left_out() {
+        int terms = 0;
+        bool averaged = false, all_slices = false;
+        for (const Pass& pass : plan_.passes) {
+            terms |= pass.what.material.terms;
+            averaged |= pass.what.material.averaged != 0;
+            all_slices |= pass.slices.size() > 1;
+        }
+        const auto leave = [&](const char* what, const char* why) {
+            plan_.left_out.push_back({what, why});
+        };
+        const char* not_asked = "no quantity that was asked for needs it";
+        if (!(terms & (1 << kSchlick | kColourTerms | kTransmittedTerms)))
+            leave("Fresnel term", not_asked);
+        if (!(terms & 1 << kDeficit)) leave("multiple-scattering term", not_asked);
+        if (!(terms & kDiffuseTerms)) leave("diffuse lobe", not_asked);
+        if (averaged && job_.axes.size() > 1)
+            leave("averages along NoV",
+                  "they depend on roughness alone: integrated once for each roughness and repeated");
+        if (all_slices)
+            leave("quantities without a Fresnel term along z",
+                  "they are the same in every slice: integrated once and repeated");
+        if (!plan_.exact.empty())
+            leave("sampling of fresnel_average", "it depends on the Fresnel model alone: exact");
+    }
+
+    const JobSpec& job_;
+    const std::function<Averages()>& ask_averages_;
+    std::shared_ptr<const Averages> averages_;
+    std::size_t slice_count_ = 1;
+    Plan plan_;
+};
 
 }  // namespace
 
-Plan make_plan(const JobSpec& job) {
-    Plan plan;
-    add_pass(plan, job, false);
-    add_pass(plan, job, true);
-    say_what_is_left_out(plan, job);
-    return plan;
+KernelMaterial lobe_of(const JobSpec& job) {
+    KernelMaterial material;
+    material.distribution = static_cast<int>(job.distribution);
+    material.masking = static_cast<int>(job.masking);
+    if (job.masking == Masking::charlie && job.terminator_softening) ++material.masking;
+    material.importance = static_cast<int>(job.importance);
+    return material;
+}
+
+Plan make_plan(const JobSpec& job, const std::function<Averages()>& averages) {
+    return Planner(job, averages).make();
 }
 
 }  // namespace kiln

@@ -1,29 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "server/compute/axes.h"
 #include "server/compute/backend.h"
+#include "server/compute/points.h"
 #include "server/compute/report.h"
-#include "server/spec/job_spec.h"
+#include "server/compute/terms.h"
+#include "server/spec/channels.h"
 
 namespace kiln {
 
-/// One kernel specialisation over one set of places: the quantities that share it cost its terms
-/// once.
+/// What two means a and b make of a channel, with the derivatives that carry their errors over, and
+/// the variance of what else went in.
+struct Part {
+    double value = 0, by_a = 1, by_b = 0, variance = 0;
+};
+
+/// What a pass adds to one channel: a combination of its terms, or a function of two.
+struct Share {
+    std::size_t channel = 0;
+    Combination a{}, b{};
+    /// Of (place, a, b). Empty: a itself. Linear in each place's error, to first order.
+    std::function<Part(std::size_t, double, double)> part;
+};
+
+/// One kernel specialisation over one set of places: the shares in it cost its terms once.
 struct Pass {
     Specialisation what;
+    PointKind points = PointKind::visible_normals;
     Places places;
-    std::vector<std::size_t> channels;  ///< of the table
+    std::array<double, kParameterCount> parameters{};
+    std::vector<std::size_t> slices{0};  ///< of the table that hold what is found
+    std::vector<Share> shares;
+};
+
+/// A channel that needs no integration: value(slice), the same at every place.
+struct Exact {
+    std::size_t channel = 0;
+    std::function<double(std::size_t)> value;
 };
 
 /// What is computed for a job, and what is not.
 struct Plan {
+    std::vector<Channel> channels;
     std::vector<Pass> passes;
+    std::vector<Exact> exact;
     std::vector<LeftOut> left_out;
 };
 
-Plan make_plan(const JobSpec& job);
+/// `average_deficits` gives 1 − E_avg of the job's lobe at each place of Places::averaged(job), with
+/// its standard error; asked only where a term of multiple scattering needs it.
+struct Averages {
+    std::vector<double> deficit, standard_error;
+};
+Plan make_plan(const JobSpec& job, const std::function<Averages()>& averages);
+
+/// The lobe of a job as the kernels number it, with no term yet.
+KernelMaterial lobe_of(const JobSpec& job);
 
 }  // namespace kiln

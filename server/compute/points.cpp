@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "server/compute/one_lane.h"
+
 namespace kiln {
 
 namespace {
@@ -13,6 +15,8 @@ constexpr double kTwo32 = 4294967296.0;
 constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
 using Point =
     std::array<double, kDimensions>;  // azimuth in half turns: the integrand is even in it
+
+double natural_log(double x) { return one_lane::lane_log2(x) * 0.69314718055994531; }
 
 double fraction(double x) { return x - std::floor(x); }
 
@@ -75,10 +79,11 @@ double radical_inverse(std::uint32_t i, std::uint32_t base) {
 /// Generators of one replicate's points.
 class Generator {
   public:
-    Generator(Sampler sampler, std::uint64_t seed, std::uint32_t replicate, std::uint32_t size)
+    Generator(Sampler sampler, std::uint64_t seed, std::uint32_t replicate, std::uint32_t size,
+              std::size_t first_dimension)
         : sampler_(sampler), size_(size) {
         for (std::size_t d = 0; d < kDimensions; ++d) {
-            key_[d] = key(seed, replicate, d);
+            key_[d] = key(seed, replicate, first_dimension + d);
             shift_[d] = unit_from_bits(static_cast<std::uint32_t>(key_[d] >> 32));
         }
     }
@@ -142,14 +147,30 @@ class Generator {
     Point shift_{};
 };
 
-/// The kernel's three scalars of the half vector (kernels/ggx.h), and NoV = √u of an average.
-void append(std::vector<double>& values, Importance importance, const Point& point) {
-    const double u = point[1], rest = 1 - u;
-    if (importance == Importance::vndf) {
-        values.insert(values.end(), {cos_turn(point[0] / 2), rest, u});
-    } else {
-        const double z = std::sqrt(rest);
-        values.insert(values.end(), {std::sqrt(u) * cos_turn(point[0] / 2), z, 1 / z});
+/// The kernel's three scalars of the sample, and NoV = √u of an average.
+void append(std::vector<double>& values, PointKind kind, const Point& point) {
+    const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
+    switch (kind) {
+        case PointKind::visible_normals:
+            values.insert(values.end(), {cosine, rest, u});
+            break;
+        case PointKind::ggx_normals: {
+            const double z = std::sqrt(rest);
+            values.insert(values.end(), {std::sqrt(u) * cosine, z, 1 / z});
+            break;
+        }
+        case PointKind::beckmann_normals: {
+            const double T2 = -natural_log(rest);
+            values.insert(values.end(), {std::sqrt(T2) * cosine, 1, T2});
+            break;
+        }
+        case PointKind::cosine:
+        case PointKind::cosine_diffuse:
+            values.insert(values.end(), {cosine, std::sqrt(rest), std::sqrt(u)});
+            break;
+        case PointKind::uniform:
+            values.insert(values.end(), {cosine, rest, std::sqrt(u * (1 + rest))});
+            break;
     }
     values.push_back(std::sqrt(point[2]));
 }
@@ -174,7 +195,22 @@ double cos_turn(double u) {
     return negative ? -value : value;
 }
 
-PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
+PointKind point_kind(Distribution distribution, Importance importance) {
+    switch (importance) {
+        case Importance::vndf:
+            return PointKind::visible_normals;
+        case Importance::ndf:
+            return distribution == Distribution::beckmann ? PointKind::beckmann_normals
+                                                          : PointKind::ggx_normals;
+        case Importance::cosine:
+            return PointKind::cosine;
+        case Importance::uniform:
+            return PointKind::uniform;
+    }
+    __builtin_unreachable();
+}
+
+PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count) {
     const auto total = static_cast<std::uint64_t>(sample_count);
     const auto replicates = std::min<std::uint64_t>(total, kReplicatesMax);
@@ -184,8 +220,9 @@ PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
     for (std::uint32_t r = 0; r < replicates; ++r) {
         const std::uint64_t end = total * (r + 1) / replicates;
         const auto size = static_cast<std::uint32_t>(end - first);
-        const Generator generate(sampler, seed, r, size);
-        for (std::uint32_t i = 0; i < size; ++i) append(set.values, importance, generate(i));
+        const Generator generate(sampler, seed, r, size,
+                                 kind == PointKind::cosine_diffuse ? kDimensions : 0);
+        for (std::uint32_t i = 0; i < size; ++i) append(set.values, kind, generate(i));
         for (std::uint32_t at = 0; at < size; at += kBatchPointsMax) {
             set.batches.push_back(
                 {static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});

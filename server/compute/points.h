@@ -20,6 +20,18 @@ inline constexpr std::int64_t kReplicatesMax = 16;
 /// float from 1e-5 (1024 points) to 6e-5 (4096).
 inline constexpr std::uint32_t kBatchPointsMax = 1024;
 
+/// What a point's first three scalars are: the sampler that takes them (kernels/ggx.h,
+/// kernels/microfacet.h, kernels/diffuse.h).
+enum class PointKind {
+    visible_normals,
+    ggx_normals,
+    beckmann_normals,
+    cosine,
+    uniform,
+    cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
+};
+PointKind point_kind(Distribution distribution, Importance importance);
+
 /// All points of a job in the order in which they are summed.
 struct PointSet {
     std::vector<double> values;  ///< kPointScalars a point
@@ -32,7 +44,7 @@ struct PointSet {
 /// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends
 /// on their size, of the replicate's size: the same on every machine. Coordinates lie strictly
 /// inside (0, 1).
-PointSet make_points(Sampler sampler, Importance importance, std::uint64_t seed,
+PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count);
 
 /// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error

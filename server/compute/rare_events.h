@@ -8,7 +8,7 @@ namespace kiln {
 
 /// 1 − E at low roughness, to leading order: α²(1 + NoV⁻²)/2, and averaged α²(ln(1/α) + 0.489). Too
 /// large where NoV ≲ α. Under visible normals it is what the directions below the horizon carry.
-inline double expected_deficit(const Specialisation& what, double NoV, double alpha) {
+inline double expected_deficit(const KernelMaterial& what, double NoV, double alpha) {
     if (what.averaged) return alpha > 0 ? alpha * alpha * (std::log(1 / alpha) + 0.489235) : 0;
     return alpha * alpha * (1 + 1 / (NoV * NoV)) / 2;
 }

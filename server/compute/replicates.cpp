@@ -62,11 +62,17 @@ void ErrorSummary::add(const ErrorSummary& other) {
     count += other.count;
 }
 
+void ErrorSummary::add(double variance, std::uint64_t times) {
+    sum_of_squares += variance * static_cast<double>(times);
+    max = std::max(max, std::sqrt(variance));
+    count += times;
+}
+
 double ErrorSummary::rms() const {
     return count == 0 ? 0 : std::sqrt(sum_of_squares / static_cast<double>(count));
 }
 
-Replicates::Replicates(std::vector<std::array<double, kTermCount>> coefficients, int terms,
+Replicates::Replicates(std::vector<Combination> coefficients, int terms,
                        std::size_t stride)
     : coefficients_(std::move(coefficients)), planes_(kTermCount), stride_(stride) {
     for (std::size_t t = 0; t < kTermCount; ++t)
@@ -126,24 +132,26 @@ template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::si
 template void Replicates::add(ThreadPool&, const PointSet&, std::size_t, std::size_t,
                               std::span<const double>);
 
-void Replicates::fill_variances(std::size_t quantity, std::size_t begin, std::size_t end,
+void Replicates::fill_variances(std::size_t combination, std::size_t begin, std::size_t end,
                                 double* out) const {
-    const auto& c = coefficients_[quantity];
-    const bool feels_rare_events = c[0] != 0 || c[2] != 0;  // E and 1 − E; B has no weight there
+    const auto& c = coefficients_[combination];
+    // E and 1 − E; B has no weight there.
+    const bool feels_rare_events = c[kWeight] != 0 || c[kDeficit] != 0 || c[kColour] != 0 ||
+                                   c[kColour + 1] != 0 || c[kColour + 2] != 0;
     const auto samples = static_cast<double>(weight_);
     const double scale = 1 / (samples * static_cast<double>(completed_ - 1));
-    variances(&spread_[quantity][begin], feels_rare_events ? &deficits_[begin] : nullptr, scale,
+    variances(&spread_[combination][begin], feels_rare_events ? &deficits_[begin] : nullptr, scale,
               samples, out, end - begin);
 }
 
-double Replicates::standard_error(std::size_t quantity, std::size_t place) const {
+double Replicates::variance(std::size_t combination, std::size_t place) const {
     if (completed_ < 2) return 0;
     double variance = 0;
-    fill_variances(quantity, place, place + 1, &variance);
-    return std::sqrt(variance);
+    fill_variances(combination, place, place + 1, &variance);
+    return variance;
 }
 
-ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t quantity) const {
+ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t combination) const {
     ErrorSummary whole;
     whole.count = place_count_;
     if (completed_ < 2) return whole;
@@ -152,7 +160,7 @@ ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t quantity) const {
         const std::size_t begin = task * kPlacesATask,
                           end = std::min(begin + kPlacesATask, place_count_);
         std::array<double, kPlacesATask> variance;
-        fill_variances(quantity, begin, end, variance.data());
+        fill_variances(combination, begin, end, variance.data());
         double sum = 0, max = 0;
         for (std::size_t i = 0; i < end - begin; ++i) {
             sum += variance[i];

@@ -11,19 +11,14 @@
 #include <cerrno>
 
 #include "server/base/error.h"
-#include "server/http/request_head.h"
+#include "server/http/bounds.h"
 
 namespace kiln {
 
 namespace {
 
 constexpr std::size_t kReadChunk = 4096;
-constexpr std::size_t kCoalesceMax = 16 * 1024;
 constexpr std::chrono::milliseconds kIdleStep{100};
-constexpr std::chrono::milliseconds kLingerTime{1000};
-constexpr std::size_t kLingerBytesMax = 4 << 20;
-/// Below this rate a client that takes an answer is cut off, however steadily it drips.
-constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
 
 int milliseconds_until(std::chrono::steady_clock::time_point deadline) {
     const auto left =
@@ -69,7 +64,7 @@ Connection::~Connection() {
     // Unread bytes turn the close into a reset, which can overtake the answer. A client that is
     // still sending gets a bounded chance to finish and read why it was refused.
     std::array<char, kReadChunk> rest;
-    const Clock::time_point deadline = Clock::now() + kLingerTime;
+    const Clock::time_point deadline = Clock::now() + kLingerTimeMax;
     for (std::size_t taken = 0; taken < (lingers_ ? kLingerBytesMax : 16 * kReadChunk);) {
         if (lingers_ && !wait_readable(deadline)) break;
         const ssize_t got = recv(socket_, rest.data(), rest.size(), MSG_DONTWAIT);
@@ -140,7 +135,7 @@ bool Connection::read_body(std::uint64_t size, std::string& body) {
 }
 
 bool Connection::write(std::string_view bytes) {
-    if (output_.size() + bytes.size() <= kCoalesceMax) {
+    if (output_.size() + bytes.size() <= kCoalescedBytesMax) {
         output_ += bytes;
         return !failed_;
     }

@@ -58,6 +58,11 @@ Json job_json(const JobRecord& job, bool cached) {
             {"finished", time_text(job.finished_ms)}};
 }
 
+Json with_job(Json document, const JobRecord& job) {
+    document["job"] = Json::parse(job.spec);
+    return document;
+}
+
 /// Notes and details may quote a driver: whatever is not UTF-8 in them is replaced.
 std::string text_of(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -92,8 +97,11 @@ Json values_of(const nlohmann::json& schema, int depth) {
     return values;
 }
 
-Json limits_of(const Settings& settings) {
+Json limits_of(const Settings& settings, const Bounds& bounds) {
     Json all = Json::parse(limits_json());
+    for (const Bound& bound : bounds)
+        all[std::string(bound.name)] = {
+            {"value", bound.value}, {"unit", bound.unit}, {"description", bound.description}};
     for (const Setting& setting : settings_table()) {
         const auto* number = std::get_if<std::int64_t Settings::*>(&setting.field);
         if (number == nullptr || setting.reader == Reader::supervised) continue;
@@ -105,16 +113,15 @@ Json limits_of(const Settings& settings) {
 
 }  // namespace
 
-std::string job_document(const JobRecord& job, bool cached, bool with_job) {
+std::string job_document(const JobRecord& job, bool cached, bool complete) {
     Json document = job_json(job, cached);
-    if (with_job) document["job"] = Json::parse(job.spec);
-    return text_of(document);
+    return text_of(complete ? with_job(std::move(document), job) : document);
 }
 
 std::string page_document(const JobPage& page) {
     Json jobs = Json::array();
     for (const JobRecord& job : page.jobs)
-        jobs.push_back(job_json(job, job.state == JobState::done));
+        jobs.push_back(with_job(job_json(job, job.state == JobState::done), job));
     Json next = nullptr;
     if (!page.next_cursor.empty()) next = page.next_cursor;
     return text_of({{"jobs", jobs}, {"next_cursor", next}});
@@ -142,7 +149,7 @@ std::string capabilities_document(const Service& service) {
                     {"kernel_digest", parts.engine.substr(0, slash)},
                     {"encoder_revision", parts.engine.substr(slash + 1)},
                     {"device", parts.settings.device},
-                    {"limits", limits_of(parts.settings)},
+                    {"limits", limits_of(parts.settings, parts.bounds)},
                     {"values", values_of(job, 2)},
                     {"workers", workers},
                     {"openapi", "/openapi.json"}});

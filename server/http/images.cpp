@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "server/base/error.h"
+#include "server/http/bounds.h"
 #include "server/http/documents.h"
 #include "server/http/problems.h"
 #include "server/http/query.h"
@@ -38,14 +39,13 @@ class ImageIndex {
                                         (is_final(job.state) ? "; post it again" : " yet"));
         const Image image{job.image_digest, job.image_extension};
         const std::lock_guard lock(mutex_);
-        if (entries_.size() >= kEntriesMax) entries_.clear();
+        if (entries_.size() >= kImageIndexEntriesMax) entries_.clear();
         entries_[id] = {image, now + kKept};
         return image;
     }
 
   private:
     using Clock = std::chrono::steady_clock;
-    static constexpr std::size_t kEntriesMax = 4096;
     static constexpr std::chrono::seconds kKept{1};
     struct Entry {
         Image image;

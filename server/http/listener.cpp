@@ -9,6 +9,7 @@
 
 #include "server/base/error.h"
 #include "server/base/log.h"
+#include "server/http/bounds.h"
 #include "server/http/connection_pool.h"
 #include "server/http/problems.h"
 #include "server/http/request_head.h"
@@ -17,7 +18,6 @@ namespace kiln {
 
 namespace {
 
-constexpr int kBacklog = 1024;  // the library's own is 5
 /// From this share of the connections on, idle ones make room.
 constexpr double kPressure = 0.75;
 
@@ -115,7 +115,7 @@ class Listener::Server final : public httplib::Server {
         port_ = port;
         const bool bound =
             port != 0 ? bind_to_port(host, port) : (port_ = bind_to_any_port(host)) > 0;
-        if (!bound || ::listen(listening_socket_, kBacklog) != 0)
+        if (!bound || ::listen(listening_socket_, kBacklogMax) != 0)
             throw kiln::Error("cannot_listen", "cannot listen on " + host + " port " +
                                                    std::to_string(port) + ": " +
                                                    std::strerror(errno));

@@ -16,7 +16,8 @@ namespace kiln {
 /// may stand only once.
 struct HttpRequest {
     std::string method;  ///< upper case
-    std::string path;    ///< as sent, at most 256 visible ASCII characters, no percent decoding
+    std::string
+        path;  ///< as sent, at most kPathBytesMax visible ASCII characters, no percent decoding
     std::map<std::string, std::string> query;    ///< decoded; a repeated name is refused
     std::map<std::string, std::string> headers;  ///< names in lower case
     std::string body;

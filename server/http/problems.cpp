@@ -43,6 +43,7 @@ constexpr std::array kRows{
     Row{"draining", 503, "The server is stopping"},
     Row{"too_many_connections", 503, "Too many connections"},
     Row{"too_many_waiting", 503, "Too many waiting requests"},
+    Row{"too_many_downloads", 503, "Too many downloads"},
     Row{"not_ready", 503, "Not ready"},
     Row{"bad_version", 505, "HTTP version not supported"},
 };
@@ -84,8 +85,10 @@ HttpResponse problem_of(const std::exception& failure) {
     if (const auto* invalid = dynamic_cast<const InvalidJob*>(&failure))
         return problem("invalid_job", invalid->what(), invalid->problems);
     const auto* error = dynamic_cast<const Error*>(&failure);
-    if (error != nullptr && status_of(error->code()) < 500)
-        return problem(error->code(), error->what());
+    // What the store or an unforeseen failure says may tell of paths and statements.
+    const bool inner = error == nullptr || error->code() == "store_failed" ||
+                       status_of(error->code()) == row_of("internal").status;
+    if (!inner) return problem(error->code(), error->what());
     const std::string id = new_error_id();
     log_line("request_failed", {{"id", id}, {"detail", failure.what()}});
     return problem(error != nullptr ? error->code() : "internal",

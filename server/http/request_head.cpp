@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "server/base/error.h"
+#include "server/http/bounds.h"
 
 namespace kiln {
 

@@ -8,12 +8,6 @@
 
 namespace kiln {
 
-/// Bounds of a request's head that no setting widens.
-inline constexpr std::size_t kHeadBytesMax = 16 * 1024;
-inline constexpr std::size_t kHeadLinesMax = 64;  ///< header fields, without the request line
-inline constexpr std::size_t kPathBytesMax = 256;
-inline constexpr std::size_t kTargetBytesMax = 2048;
-
 struct RequestHead {
     HttpRequest request;  ///< without body
     std::uint64_t content_length = 0;

@@ -51,7 +51,8 @@ bool wait_for_signal(std::chrono::milliseconds time) {
 
 }  // namespace
 
-int serve(const Settings& settings, const std::string& engine, JobStore& jobs, BlobStore& blobs) {
+int serve(const Settings& settings, const std::string& engine, const Bounds& bounds, JobStore& jobs,
+          BlobStore& blobs) {
     Changes changes;
     Metrics metrics;
     Supervisor supervisor(settings, jobs, changes, metrics);
@@ -62,6 +63,7 @@ int serve(const Settings& settings, const std::string& engine, JobStore& jobs, B
                      .changes = changes,
                      .metrics = metrics,
                      .engine = engine,
+                     .bounds = bounds,
                      .ring = [&supervisor] { supervisor.ring(); },
                      .workers = [&supervisor] { return supervisor.workers(); },
                      .connections = [&listening] { return listening->connections(); }});

@@ -9,9 +9,10 @@
 namespace kiln {
 
 /// Serves until SIGTERM or SIGINT, which the caller must have blocked in all threads; the first one
-/// lets running jobs end within drain_s, a second one drops them into the queue. `engine` is
-/// ServiceParts::engine. Returns the exit status. Throws Error("cannot_listen" | "store_failed" |
-/// "bad_setting").
-int serve(const Settings& settings, const std::string& engine, JobStore& jobs, BlobStore& blobs);
+/// lets running jobs end within drain_s, a second one drops them into the queue. `engine` and
+/// `bounds` are those of ServiceParts. Returns the exit status. Throws Error("cannot_listen" |
+/// "store_failed" | "bad_setting").
+int serve(const Settings& settings, const std::string& engine, const Bounds& bounds, JobStore& jobs,
+          BlobStore& blobs);
 
 }  // namespace kiln

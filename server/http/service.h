@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/base/bound.h"
 #include "server/http/changes.h"
 #include "server/http/message.h"
 #include "server/http/metrics.h"
@@ -32,6 +33,7 @@ struct ServiceParts {
     Changes& changes;
     Metrics& metrics;
     std::string engine;  ///< names what a result comes from: kernel digest "/" encoder revision
+    Bounds bounds;       ///< of every room, beside the contract's and the settings
     std::function<void()> ring;  ///< tells the workers that there is work or a cancel
     std::function<std::vector<WorkerStatus>()> workers;
     std::function<std::size_t()> connections;

@@ -15,6 +15,7 @@
 
 #include "server/base/error.h"
 #include "server/base/log.h"
+#include "server/http/bounds.h"
 
 namespace kiln {
 
@@ -22,13 +23,9 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick{100};
 constexpr int kNice = 5;  // the front answers first when cores are scarce
-constexpr int kSlotsMax = 64;
-constexpr std::chrono::milliseconds kBackoffFirst{100}, kBackoffMax{5000};
+constexpr std::chrono::milliseconds kBackoffFirst{100};
 /// A worker that lived this long starts its backoff afresh.
 constexpr std::chrono::seconds kStable{10};
-/// Time to abandon a job and end, before SIGKILL.
-constexpr std::chrono::seconds kAbandonTime{3};
-constexpr std::size_t kLineBytesMax = 256 * 1024;
 
 std::string slot_name(std::int64_t index) { return "local-" + std::to_string(index); }
 
@@ -52,7 +49,7 @@ Supervisor::~Supervisor() {
 
 void Supervisor::start() {
     // Whoever held these names is gone: this process has the data directory's lock.
-    for (std::int64_t i = 0; i < kSlotsMax; ++i) store_.release(slot_name(i), "");
+    for (std::int64_t i = 0; i < kWorkersMax; ++i) store_.release(slot_name(i), "");
     const std::string caches = settings_.data_dir + "/pocl";
     mkdir(caches.c_str(), 0700);
     for (std::int64_t i = 0; i < settings_.workers; ++i) {
@@ -174,7 +171,7 @@ void Supervisor::listen_to(Slot& slot) {
         take_line(slot, std::string_view(slot.input).substr(0, end));
         slot.input.erase(0, end + 1);
     }
-    if (slot.input.size() > kLineBytesMax) slot.input.clear();
+    if (slot.input.size() > kWorkerLineBytesMax) slot.input.clear();
 }
 
 void Supervisor::take_line(Slot& slot, std::string_view line) {
@@ -271,7 +268,7 @@ void Supervisor::push_to_end() {
         signal_all(SIGTERM);  // finish the job
     else if (stop_signals_ == 1 && (hurried_ || waited >= std::chrono::seconds(settings_.drain_s)))
         signal_all(SIGTERM);  // drop it
-    else if (stop_signals_ == 2 && waited >= kAbandonTime)
+    else if (stop_signals_ == 2 && waited >= kAbandonTimeMax)
         signal_all(SIGKILL);
 }
 

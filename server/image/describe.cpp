@@ -5,6 +5,7 @@
 
 #include "server/base/version.h"
 #include "server/image/image.h"
+#include "server/spec/channels.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -33,8 +34,59 @@ bool is_split_sum(Quantity q) {
     return q == Quantity::split_sum_scale || q == Quantity::split_sum_bias;
 }
 
-bool has_fresnel(const JobSpec& job) {
-    return std::any_of(job.quantities.begin(), job.quantities.end(), is_split_sum);
+bool any(const JobSpec& job, bool (*of)(Quantity)) {
+    return std::any_of(job.quantities.begin(), job.quantities.end(), of);
+}
+
+std::string numbers(const std::vector<double>& values) {
+    std::vector<std::string> words;
+    for (const double value : values) words.push_back(number(value));
+    return joined(words, " ");
+}
+
+/// The Fresnel term that the quantities read, with its numbers; "none" where none reads one.
+std::string fresnel_words(const JobSpec& job) {
+    const FresnelModel& f = job.fresnel;
+    const std::string exponent = number(f.model == Fresnel::schlick ? f.exponent : 5);
+    if (!any(job, reads_fresnel))
+        return any(job, is_split_sum) ? "schlick, F = F0 + (F90 - F0)(1 - VoH)^" + exponent : "none";
+    const std::string name = text(to_word(f.model));
+    switch (f.model) {
+        case Fresnel::none:
+            return "none, F = 1";
+        case Fresnel::schlick:
+            return name + ", f0 " + numbers(f.f0) + ", f90 " + numbers(f.f90) + ", exponent " +
+                   exponent;
+        case Fresnel::dielectric:
+            return name + ", exact, ior " + numbers(f.ior);
+        case Fresnel::conductor:
+            return name + (f.metal ? ", exact, " + text(to_word(*f.metal))
+                                   : ", exact, eta " + numbers(f.eta) + ", k " + numbers(f.k));
+        case Fresnel::edge_tint:
+            return name + " (Gulbrandsen 2014), reflectivity " + numbers(f.reflectivity) +
+                   ", edge tint " + numbers(f.edge_tint);
+        case Fresnel::f82_tint:
+            return name + " (Hoffman 2019, MaterialX), f0 " + numbers(f.f0) + ", f82 " +
+                   numbers(f.f82);
+    }
+    return name;
+}
+
+std::string diffuse_words(const JobSpec& job) {
+    if (!any(job, reads_diffuse)) return "none";
+    return text(to_word(job.diffuse.model)) + ", albedo " + numbers(job.diffuse.albedo);
+}
+
+std::string distribution_words(Distribution distribution) {
+    switch (distribution) {
+        case Distribution::ggx:
+            return "ggx (Walter et al. 2007)";
+        case Distribution::beckmann:
+            return "beckmann (Beckmann and Spizzichino 1963)";
+        case Distribution::charlie:
+            return "charlie (Estevez and Kulla 2017)";
+    }
+    return "";
 }
 
 const char* meaning(Quantity quantity) {
@@ -49,6 +101,18 @@ const char* meaning(Quantity quantity) {
             return ", E_avg(roughness) = 2 * integral of E mu dmu over 0..1, equal for every NoV";
         case Quantity::multiscatter_albedo:
             return ", integral of f_ms times the cosine (Kulla and Conty 2017): 1 - E with F = 1";
+        case Quantity::specular_albedo:
+            return ", single scattering under the Fresnel term";
+        case Quantity::compensated_albedo:
+            return ", single scattering and its compensation under the Fresnel term";
+        case Quantity::fresnel_average:
+            return ", F_avg = 2 * integral of F mu dmu over 0..1";
+        case Quantity::diffuse_albedo:
+            return ", directional albedo of the diffuse lobe";
+        case Quantity::diffuse_average_albedo:
+            return ", 2 * integral of the diffuse lobe's albedo mu dmu over 0..1";
+        case Quantity::total_albedo:
+            return ", white-furnace value of the coupled lobes";
     }
     return "";
 }
@@ -59,24 +123,29 @@ std::string masking_words(Masking masking) {
             return "height-correlated Smith (Heitz 2014)";
         case Masking::smith_separable:
             return "separable Smith, G1(V) G1(L)";
+        case Masking::karis_ibl:
+            return "Schlick's G1 with k = alpha / 2 (Karis 2013)";
+        case Masking::karis_direct:
+            return "Schlick's G1 with k = (roughness + 1)^2 / 8 (Karis 2013)";
+        case Masking::unreal_joint:
+            return "Unreal 4's approximation of height-correlated Smith";
+        case Masking::neubelt:
+            return "1 / (4 (NoL + NoV - NoL NoV)) (Neubelt and Pettineo 2013)";
+        case Masking::charlie:
+            return "fitted Smith of Charlie (Estevez and Kulla 2017)";
     }
     return "";
 }
 
-std::string channel_name(const JobSpec& job, std::size_t index) {
-    if (job.quantities.size() > 4) return text(to_word(job.quantities[index]));
-    return std::string(1, "RGBA"[index]);
-}
-
 std::vector<std::string> channel_lines(const JobSpec& job) {
+    const std::vector<Channel> channels = channels_of(job);
     std::vector<std::string> lines;
-    for (std::size_t i = 0; i < job.quantities.size(); ++i) {
-        const std::string quantity = text(to_word(job.quantities[i]));
-        const std::string name = channel_name(job, i);
-        lines.push_back((name == quantity ? "" : name + ": ") + quantity +
-                        meaning(job.quantities[i]));
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+        const std::string letter =
+            channels.size() > 4 ? "" : std::string(1, "RGBA"[i]) + ": ";
+        lines.push_back(letter + channels[i].name + meaning(channels[i].quantity));
     }
-    if (job.format == ImageFormat::png && job.quantities.size() == 2)
+    if (job.format == ImageFormat::png && channels.size() == 2)
         lines.emplace_back("B: 0, carries no quantity (PNG has no two-channel colour)");
     return lines;
 }
@@ -115,22 +184,26 @@ const char* mapping_words(Mapping mapping) {
 std::string axis_line(const JobSpec& job, std::size_t index) {
     const Axis& axis = job.axes[index];
     const std::string n = std::to_string(job.resolution[index]);
-    const char* letter = index == 0 ? "x" : "y";
+    const std::string letter(1, "xyz"[index]);
     const char* coordinate = index == 0 ? "u" : "v";
-    const char* unit = index == 0 ? "column" : "row";
+    const char* unit = index == 0 ? "column" : index == 1 ? "row" : "slice";
+    const char* start = index == 0   ? "left"
+                        : index == 1 ? "row 0, top of the image"
+                                     : "slice 0, topmost";
     const bool centers = axis.grid == Grid::center;
     const double first = axis.flip ? axis.hi : axis.lo, last = axis.flip ? axis.lo : axis.hi;
 
     std::string place = centers ? "(i + 0.5)/" + n : "i/(" + n + " - 1)";
     if (job.resolution[index] == 1) place = centers ? "0.5" : "0";
     const std::string t = axis.flip ? "1 - t" : "t";
-    std::string line = std::string(letter) + ": " + text(to_word(axis.parameter)) + " from " +
-                       number(first) + " (" + (index == 0 ? "left" : "row 0, top of the image") +
-                       ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
+    std::string line = letter + ": " + text(to_word(axis.parameter)) + " from " +
+                       number(first) + " (" + start + ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
                        mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
                        (centers ? ", texel centres: " : ", nodes at the texels: ") + unit +
                        " i of " + n + " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " +
-                       formula(axis) + "; look up at " + coordinate + " = ";
+                       formula(axis);
+    if (index == 2) return line + "; slices stand one below the other";
+    line += std::string("; look up at ") + coordinate + " = ";
     line += centers ? t : "((" + t + ") (" + n + " - 1) + 0.5)/" + n;
     return line;
 }
@@ -144,7 +217,7 @@ std::vector<std::string> axis_lines(const JobSpec& job) {
 std::vector<std::string> per_axis(const JobSpec& job, std::string (*of)(const Axis&)) {
     std::vector<std::string> words;
     for (std::size_t i = 0; i < job.axes.size(); ++i)
-        words.push_back(std::string(i == 0 ? "x" : "y") + " " + of(job.axes[i]));
+        words.push_back(std::string(1, "xyz"[i]) + " " + of(job.axes[i]));
     return words;
 }
 
@@ -165,7 +238,10 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
         {"kiln.alpha_mapping", kAlphaMapping},
         {"kiln.distribution", text(to_word(job.distribution))},
         {"kiln.masking", text(to_word(job.masking))},
-        {"kiln.fresnel", has_fresnel(job) ? "schlick" : "none"},
+        {"kiln.fresnel", fresnel_words(job)},
+        {"kiln.diffuse", diffuse_words(job)},
+        {"kiln.coupling", text(to_word(job.coupling))},
+        {"kiln.multiscatter", text(to_word(job.multiscatter))},
         {"kiln.sampler", text(to_word(job.sampler))},
         {"kiln.importance", text(to_word(job.importance))},
         {"kiln.sample_count", std::to_string(job.sample_count)},
@@ -186,10 +262,14 @@ std::vector<std::string> convention(const JobSpec& job) {
     std::vector<std::string> lines = axis_lines(job);
     for (auto& line : channel_lines(job)) lines.push_back(std::move(line));
     lines.emplace_back(kAlphaMapping);
-    lines.push_back("distribution: " + text(to_word(job.distribution)) + " (Walter et al. 2007)");
+    lines.push_back("distribution: " + distribution_words(job.distribution));
     lines.push_back("masking: " + masking_words(job.masking));
-    if (has_fresnel(job))
-        lines.emplace_back("Fresnel: Schlick 1994, F = F0 + (F90 - F0)(1 - VoH)^5");
+    if (any(job, reads_fresnel) || any(job, is_split_sum))
+        lines.push_back("Fresnel: " + fresnel_words(job));
+    if (any(job, reads_diffuse)) lines.push_back("diffuse: " + diffuse_words(job));
+    if (any(job, reads_multiscatter))
+        lines.push_back("coupling " + text(to_word(job.coupling)) + ", multiple scattering " +
+                        text(to_word(job.multiscatter)));
     lines.emplace_back("V points away from the surface, NoV = cos(theta)");
     lines.push_back(std::string("values: ") + kColor);
     lines.emplace_back("lookup: bilinear, clamp to edge, no mipmaps");

@@ -146,8 +146,8 @@ Endpoint parse_endpoint(const std::string& text) {
         host.clear();
     if (host.empty() || port < 0 || port > 65535)
         throw Error("bad_setting", "--listen: \"" + text +
-                                       "\" is not HOST:PORT; give for example 127.0.0.1:8117, "
-                                       "[::1]:8117, or port 0 for a free one");
+                                       "\" is not HOST:PORT; give for example " + kDefaultAddress +
+                                       ", [::1]:8117, or port 0 for a free one");
     endpoint.port = port;
     return endpoint;
 }

@@ -8,12 +8,17 @@
 #include <variant>
 #include <vector>
 
+#include "server/base/default_address.h"
+
 namespace kiln {
+
+/// Largest value of the setting `workers`.
+inline constexpr std::int64_t kWorkersMax = 64;
 
 /// What an operator may set. The values here are the defaults; names, ranges, units and help are in
 /// settings_table(), which flags, environment, --help and /v1/capabilities are made from.
 struct Settings {
-    std::string listen = "127.0.0.1:8117";
+    std::string listen = kDefaultAddress;
     std::string data_dir;  ///< "" stands for the state directory of the user, see resolve()
     std::string device = "auto";
     std::int64_t workers = 1;
@@ -21,6 +26,7 @@ struct Settings {
     std::int64_t queue_max = 64;
     std::int64_t cache_mib = 10240;
     std::int64_t hot_cache_mib = 64;
+    std::int64_t downloads_mib = 512;
     std::int64_t connections_max = 256;
     std::int64_t header_timeout_s = 3;
     std::int64_t idle_timeout_s = 5;

@@ -3,6 +3,7 @@
 
 #include "server/base/sha256.h"
 #include "server/spec/contract.h"
+#include "server/spec/models.h"
 #include "server/spec/schema.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -35,6 +36,7 @@ Json layout_of(const JobSpec& job) {
     if (job.layout != "custom") return job.layout;
     Json layout = {{"x", to_json(job.axes.at(0))}};
     if (job.axes.size() > 1) layout["y"] = to_json(job.axes[1]);
+    if (job.axes.size() > 2) layout["z"] = to_json(job.axes[2]);
     return layout;
 }
 
@@ -49,9 +51,7 @@ std::string canonical(const JobSpec& job) {
     document["layout"] = layout_of(job);
     document["sample_count"] = job.sample_count;
     document["sampler"] = to_word(job.sampler);
-    document["importance"] = to_word(job.importance);
-    document["microfacet"] = {{"distribution", to_word(job.distribution)},
-                              {"masking", to_word(job.masking)}};
+    write_models(job, document);
     document["precision"] = to_word(job.precision);
     document["device"] = to_word(job.device);
     document["seed"] = job.seed;

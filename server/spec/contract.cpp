@@ -50,6 +50,11 @@ void check_all_words(const Json& document) {
     check_words<Importance>(document, job + "importance");
     check_words<Distribution>(document, job + "microfacet/properties/distribution");
     check_words<Masking>(document, job + "microfacet/properties/masking");
+    check_words<Fresnel>(document, job + "fresnel/properties/model");
+    check_words<Metal>(document, job + "fresnel/properties/metal");
+    check_words<DiffuseModel>(document, job + "diffuse/properties/model");
+    check_words<Coupling>(document, job + "coupling");
+    check_words<Multiscatter>(document, job + "multiscatter");
     check_words<Precision>(document, job + "precision");
     check_words<DeviceChoice>(document, job + "device");
     check_words<ImageFormat>(document, "/Output/properties/format");

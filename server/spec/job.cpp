@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "server/spec/channels.h"
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
 #include "server/spec/limits.h"
+#include "server/spec/models.h"
 #include "server/spec/phrases.h"
 #include "server/spec/schema.h"
 #include "server/spec/spec.h"
@@ -57,9 +59,7 @@ class Reader {
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
         if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
         read_word(job_.sampler, "/sampler");
-        read_word(job_.importance, "/importance");
-        read_word(job_.distribution, "/microfacet/distribution");
-        read_word(job_.masking, "/microfacet/masking");
+        read_models(document_, problems_, job_);
         read_word(job_.precision, "/precision");
         read_word(job_.device, "/device");
     }
@@ -87,26 +87,46 @@ class Reader {
         if (layout.is_string()) {
             job_.layout = layout.get<std::string>();
             job_.axes = kiln_axes(axis_count);
+            if (axis_count == 3)
+                problems_.add("/resolution", "has three entries; a third needs a layout object whose "
+                                             "z says what it carries (f0 or ior)");
             check_needs("/resolution");
             return;
         }
-        for (const char* name : {"x", "y"}) {
-            if (layout.contains(name)) job_.axes.push_back(axis(layout[name]));
+        const char* counts[] = {"no entry", "one entry", "two entries", "three entries"};
+        const char* names[] = {"x", "y", "z"};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::string pointer = std::string("/layout/") + names[i];
+            if (i < axis_count && !layout.contains(names[i]))
+                problems_.add(pointer, std::string("is required and missing: resolution has ") +
+                                           counts[axis_count]);
+            if (i >= axis_count && layout.contains(names[i]))
+                problems_.add(pointer, std::string("must be left out: resolution has ") +
+                                           counts[axis_count]);
+            if (layout.contains(names[i])) job_.axes.push_back(axis(layout[names[i]]));
         }
-        if (job_.axes.size() < axis_count)
-            problems_.add("/layout/y", "is required and missing: resolution has two entries");
-        if (job_.axes.size() > axis_count)
-            problems_.add("/layout/y", "must be left out: resolution has one entry");
         check_axes();
+        if (job_.axes.size() == 3 && axis_count == 3) check_depth_axis();
         check_needs("/layout");
         job_.layout = job_.axes == kiln_axes(axis_count) ? "kiln" : "custom";
     }
 
     void check_axes() {
-        const char* ranges[] = {"/layout/x/range", "/layout/y/range"};
         for (std::size_t i = 0; i < job_.axes.size(); ++i) {
-            if (job_.axes[i].lo < job_.axes[i].hi) continue;
-            problems_.add(ranges[i], "must rise: its first entry has to be less than its second");
+            const Axis& axis = job_.axes[i];
+            const std::string place = std::string("/layout/") + "xyz"[i];
+            const bool is_ior = axis.parameter == Parameter::ior;
+            if (!(axis.lo < axis.hi))
+                problems_.add(place + "/range",
+                              "must rise: its first entry has to be less than its second");
+            if (!is_ior && axis.hi > 1)
+                problems_.add(place + "/range", "ends above 1; allowed: 0…1 for " +
+                                                    std::string(to_word(axis.parameter)));
+            if (is_ior && axis.lo < 0.0001)
+                problems_.add(place + "/range", "starts below 0.0001, the least ior");
+            if (i < 2 && (is_ior || axis.parameter == Parameter::f0))
+                problems_.add(place + "/parameter",
+                              in_quotes(to_word(axis.parameter)) + " lies along z alone");
         }
         if (job_.axes.size() < 2) return;
         const auto is_NoV = [](const Axis& a) { return a.parameter == Parameter::NoV; };
@@ -116,6 +136,27 @@ class Reader {
                       same ? "is the parameter of x too; the axes must carry different ones"
                            : "roughness and alpha are one degree of freedom (alpha = roughness²); "
                              "only one of them can be an axis");
+    }
+
+    /// z carries a number of the Fresnel model.
+    void check_depth_axis() {
+        const Parameter parameter = job_.axes[2].parameter;
+        const Fresnel model = job_.fresnel.model;
+        if (parameter != Parameter::f0 && parameter != Parameter::ior) {
+            problems_.add("/layout/z/parameter",
+                          in_quotes(to_word(parameter)) + " cannot lie along z; allowed: f0, ior");
+            return;
+        }
+        const bool read = parameter == Parameter::ior
+                              ? model == Fresnel::dielectric
+                              : model == Fresnel::schlick || model == Fresnel::f82_tint;
+        if (sound("/fresnel/model") && !read)
+            problems_.add("/layout/z/parameter", in_quotes(to_word(parameter)) +
+                                                     " is not read by Fresnel model " +
+                                                     in_quotes(to_word(model)));
+        const char* given = parameter == Parameter::ior ? "/fresnel/ior" : "/fresnel/f0";
+        if (document_.contains(Json::json_pointer(given)))
+            problems_.add(given, "lies along the z axis already; leave it out");
     }
 
     bool has_axis(Parameter parameter) const {
@@ -159,9 +200,10 @@ class Reader {
                                                    "; allowed: " + list_of(allowed));
         }
         const auto channels_max = static_cast<std::size_t>(limits().png_channels_max);
-        if (job_.format == ImageFormat::png && job_.quantities.size() > channels_max)
-            problems_.add("/quantities", "has " + std::to_string(job_.quantities.size()) +
-                                             " entries; a PNG holds at most " +
+        const std::size_t channels = channels_of(job_).size();
+        if (job_.format == ImageFormat::png && channels > channels_max)
+            problems_.add("/quantities", "makes " + std::to_string(channels) +
+                                             " channels; a PNG holds at most " +
                                              std::to_string(channels_max) +
                                              " channels, only exr holds more");
     }

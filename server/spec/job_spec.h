@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "server/spec/fresnel_spec.h"
+
 namespace kiln {
 
 // The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
@@ -13,14 +15,45 @@ enum class Quantity {
     directional_albedo,
     average_albedo,
     multiscatter_albedo,
+    specular_albedo,
+    compensated_albedo,
+    fresnel_average,
+    diffuse_albedo,
+    diffuse_average_albedo,
+    total_albedo,
 };
-enum class Parameter { NoV, roughness, alpha };
+enum class Parameter { NoV, roughness, alpha, f0, ior };
 enum class Mapping { linear, sqrt, square };
 enum class Grid { center, node };
 enum class Sampler { hammersley, sobol_owen, lattice, random };
-enum class Importance { vndf, ndf };
-enum class Distribution { ggx };
-enum class Masking { smith_correlated, smith_separable };
+// The numbers of the next three are those of the kernels (kernels/microfacet.h), as are
+// DiffuseModel's from lambert on (kernels/diffuse.h).
+enum class Importance { vndf, ndf, cosine, uniform };
+enum class Distribution { ggx, beckmann, charlie };
+enum class Masking {
+    smith_correlated,
+    smith_separable,
+    karis_ibl,
+    karis_direct,
+    unreal_joint,
+    neubelt,
+    charlie
+};
+enum class DiffuseModel {
+    none,
+    lambert,
+    burley,
+    oren_nayar,
+    oren_nayar_full,
+    fon,
+    eon,
+    eon_unreal,
+    chan2018,
+    chan2024
+};
+enum class Coupling { none, half_vector, view, kelemen };
+/// kulla_conty_linear has F_avg where kulla_conty has F_avg², as older slides have it.
+enum class Multiscatter { none, kulla_conty, kulla_conty_linear, turquin };
 enum class Precision { float32, float64 };
 enum class DeviceChoice { automatic, opencl, native };  // "auto" in JSON
 enum class ImageFormat { exr, png };
@@ -42,6 +75,13 @@ struct Axis {
     bool operator==(const Axis&) const = default;
 };
 
+/// The diffuse lobe.
+struct DiffuseSpec {
+    DiffuseModel model = DiffuseModel::lambert;
+    std::vector<double> albedo{1.0};  ///< one for all channels or three, each in [0, 1]
+    bool operator==(const DiffuseSpec&) const = default;
+};
+
 /// A job past the gate: every field is set and every combination makes sense.
 struct JobSpec {
     std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
@@ -53,6 +93,11 @@ struct JobSpec {
     Importance importance = Importance::vndf;
     Distribution distribution = Distribution::ggx;
     Masking masking = Masking::smith_correlated;
+    bool terminator_softening = false;  ///< of Masking::charlie
+    FresnelModel fresnel;
+    DiffuseSpec diffuse;
+    Coupling coupling = Coupling::none;
+    Multiscatter multiscatter = Multiscatter::none;
     Precision precision = Precision::float32;
     DeviceChoice device = DeviceChoice::automatic;
     std::uint64_t seed = 0;  ///< below 2^53, so that every JSON reader keeps it

@@ -6,14 +6,24 @@ namespace {
 
 using Word = std::string_view;
 constexpr Word kQuantity[] = {"split_sum_scale", "split_sum_bias", "directional_albedo",
-                              "average_albedo", "multiscatter_albedo"};
-constexpr Word kParameter[] = {"NoV", "roughness", "alpha"};
+                              "average_albedo", "multiscatter_albedo", "specular_albedo",
+                              "compensated_albedo", "fresnel_average", "diffuse_albedo",
+                              "diffuse_average_albedo", "total_albedo"};
+constexpr Word kParameter[] = {"NoV", "roughness", "alpha", "f0", "ior"};
 constexpr Word kMapping[] = {"linear", "sqrt", "square"};
 constexpr Word kGrid[] = {"center", "node"};
 constexpr Word kSampler[] = {"hammersley", "sobol_owen", "lattice", "random"};
-constexpr Word kImportance[] = {"vndf", "ndf"};
-constexpr Word kDistribution[] = {"ggx"};
-constexpr Word kMasking[] = {"smith_correlated", "smith_separable"};
+constexpr Word kImportance[] = {"vndf", "ndf", "cosine", "uniform"};
+constexpr Word kDistribution[] = {"ggx", "beckmann", "charlie"};
+constexpr Word kMasking[] = {"smith_correlated", "smith_separable", "karis_ibl", "karis_direct",
+                             "unreal_joint", "neubelt", "charlie"};
+constexpr Word kFresnel[] = {"none", "schlick", "dielectric", "conductor", "edge_tint", "f82_tint"};
+constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold", "iron",
+                           "nickel", "platinum", "silver", "titanium", "tungsten"};
+constexpr Word kDiffuseModel[] = {"none", "lambert", "burley", "oren_nayar", "oren_nayar_full",
+                                  "fon", "eon", "eon_unreal", "chan2018", "chan2024"};
+constexpr Word kCoupling[] = {"none", "half_vector", "view", "kelemen"};
+constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "turquin"};
 constexpr Word kPrecision[] = {"float32", "float64"};
 constexpr Word kDeviceChoice[] = {"auto", "opencl", "native"};
 constexpr Word kImageFormat[] = {"exr", "png"};
@@ -30,12 +40,15 @@ template <> std::span<const Word> words<Sampler>() { return kSampler; }
 template <> std::span<const Word> words<Importance>() { return kImportance; }
 template <> std::span<const Word> words<Distribution>() { return kDistribution; }
 template <> std::span<const Word> words<Masking>() { return kMasking; }
+template <> std::span<const Word> words<Fresnel>() { return kFresnel; }
+template <> std::span<const Word> words<Metal>() { return kMetal; }
+template <> std::span<const Word> words<DiffuseModel>() { return kDiffuseModel; }
+template <> std::span<const Word> words<Coupling>() { return kCoupling; }
+template <> std::span<const Word> words<Multiscatter>() { return kMultiscatter; }
 template <> std::span<const Word> words<Precision>() { return kPrecision; }
 template <> std::span<const Word> words<DeviceChoice>() { return kDeviceChoice; }
 template <> std::span<const Word> words<ImageFormat>() { return kImageFormat; }
 template <> std::span<const Word> words<PixelType>() { return kPixelType; }
 // clang-format on
-
-bool depends_on_NoV(Quantity quantity) { return quantity != Quantity::average_albedo; }
 
 }  // namespace kiln

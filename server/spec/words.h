@@ -15,8 +15,10 @@ concept OneOf = (std::same_as<T, Set> || ...);
 
 /// The closed sets that a job document spells as words.
 template <class T>
-concept JobEnum = OneOf<T, Quantity, Parameter, Mapping, Grid, Sampler, Importance, Distribution,
-                        Masking, Precision, DeviceChoice, ImageFormat, PixelType>;
+concept JobEnum =
+    OneOf<T, Quantity, Parameter, Mapping, Grid, Sampler, Importance, Distribution, Masking, Fresnel,
+          Metal, DiffuseModel, Coupling, Multiscatter, Precision, DeviceChoice, ImageFormat,
+          PixelType>;
 
 /// The words of a closed set, in the order of its enumerators.
 template <JobEnum E>
@@ -36,8 +38,5 @@ std::optional<E> from_word(std::string_view word) {
     }
     return std::nullopt;
 }
-
-/// False for what is a function of roughness alone, so that a table of one axis holds it.
-bool depends_on_NoV(Quantity quantity);
 
 }  // namespace kiln

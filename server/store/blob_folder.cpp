@@ -13,14 +13,13 @@
 
 #include "server/base/error.h"
 #include "server/base/sha256.h"
+#include "server/store/bounds.h"
 
 namespace kiln {
 
 namespace {
 
 constexpr std::string_view kTemporaryPrefix = ".tmp.";
-// Enough to look into what went wrong; the oldest go first.
-constexpr std::size_t kQuarantineFilesMax = 16;
 
 constexpr int kDirectoryFlags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
 // O_NONBLOCK: a FIFO in place of an entry must not hold the reader.
@@ -137,14 +136,16 @@ BlobFolder::Content BlobFolder::read(const std::string& digest, std::uint64_t by
     return content;
 }
 
-bool BlobFolder::regular(const std::string& digest) const {
+std::optional<std::uint64_t> BlobFolder::size(const std::string& digest) const {
     const FileDescriptor folder = shard(digest);
-    if (!folder && means_absent(errno)) return false;
+    if (!folder && means_absent(errno)) return std::nullopt;
     if (!folder) throw_errno("open the folder of", path_of(digest));
     struct stat status {};
-    if (fstatat(folder.get(), digest.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0)
-        return S_ISREG(status.st_mode);
-    if (means_absent(errno)) return false;
+    if (fstatat(folder.get(), digest.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
+        if (!S_ISREG(status.st_mode)) return std::nullopt;
+        return static_cast<std::uint64_t>(status.st_size);
+    }
+    if (means_absent(errno)) return std::nullopt;
     throw_errno("stat", path_of(digest));
 }
 

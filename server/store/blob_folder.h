@@ -35,7 +35,8 @@ class BlobFolder {
     /// Verified against the digest. Anything that is not a regular file is absent, and so are files
     /// larger than `bytes_max`. A failing disk is an Error, never an absent entry.
     Content read(const std::string& digest, std::uint64_t bytes_max) const;
-    bool regular(const std::string& digest) const;
+    /// Of a regular file.
+    std::optional<std::uint64_t> size(const std::string& digest) const;
     /// Notes a use, for eviction. A failure costs no more than a worse choice later.
     void touch(const std::string& digest) const;
     /// Returns once file and name are durable; on failure nothing half-written stays.

@@ -19,8 +19,9 @@ class BlobStore {
     virtual std::string put(std::string_view bytes) = 0;
     /// Verified on every read: bytes whose digest does not match are set aside and count as absent.
     virtual Bytes get(const std::string& digest) = 0;  ///< null when absent
-    /// By name only: unlike get, it does not read the bytes.
+    /// By name only, like the next: unlike get, it does not read the bytes.
     virtual bool contains(const std::string& digest) = 0;
+    virtual std::optional<std::uint64_t> size(const std::string& digest) = 0;  ///< in bytes
 };
 
 struct BlobStats {
@@ -38,6 +39,7 @@ class DiskBlobStore : public BlobStore {
     std::string put(std::string_view bytes) override;
     Bytes get(const std::string& digest) override;
     bool contains(const std::string& digest) override;
+    std::optional<std::uint64_t> size(const std::string& digest) override;
     BlobStats stats();  ///< evicted and quarantined by this object; the rest at most a second old
 
   private:
@@ -46,14 +48,17 @@ class DiskBlobStore : public BlobStore {
 };
 
 /// Keeps hot blobs of another store in memory, verified once as they enter; least recently used go
-/// first. Blobs above a quarter of `bytes_max` pass through. `below` must outlive it.
+/// first. Blobs above a quarter of `bytes_max` pass through. What callers hold or wait for beside
+/// the cache is at most `loose_bytes_max` together, or one blob if that is larger; get() beyond it
+/// throws Error("too_many_downloads"). `below` must outlive it.
 class CachedBlobStore : public BlobStore {
   public:
-    CachedBlobStore(BlobStore& below, std::uint64_t bytes_max);
+    CachedBlobStore(BlobStore& below, std::uint64_t bytes_max, std::uint64_t loose_bytes_max);
     ~CachedBlobStore() override;
     std::string put(std::string_view bytes) override;
     Bytes get(const std::string& digest) override;
     bool contains(const std::string& digest) override;
+    std::optional<std::uint64_t> size(const std::string& digest) override;
 
   private:
     struct State;

@@ -148,9 +148,14 @@ Bytes DiskBlobStore::get(const std::string& digest) {
 
 bool DiskBlobStore::contains(const std::string& digest) {
     require_digest(digest);
-    if (!state_->folder.regular(digest)) return false;
+    if (!state_->folder.size(digest)) return false;
     state_->folder.touch(digest);
     return true;
+}
+
+std::optional<std::uint64_t> DiskBlobStore::size(const std::string& digest) {
+    require_digest(digest);
+    return state_->folder.size(digest);
 }
 
 BlobStats DiskBlobStore::stats() {

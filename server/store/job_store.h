@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/store/bounds.h"
+
 namespace kiln {
 
 enum class JobState { queued, running, done, failed, cancelled };
@@ -41,7 +43,7 @@ enum class Renewal { held, cancel_requested, lost };
 enum class CancelResult { cancelled, requested, already_finished, unknown };
 
 struct JobPage {
-    std::vector<JobRecord> jobs;  ///< newest first; spec and report left empty
+    std::vector<JobRecord> jobs;  ///< newest first; report left empty
     std::string next_cursor;      ///< "" on the last page
 };
 
@@ -86,16 +88,14 @@ class JobStore {
     virtual CancelResult cancel(const std::string& id) = 0;
     /// A worker died: its running jobs go back to the queue with `note`. Returns how many.
     virtual int release(const std::string& worker, const std::string& note) = 0;
-    /// limit 1…1000; cursor as returned earlier, "" for the first page. Throws Error("bad_cursor").
+    /// limit ≥ 1, which the caller bounds; cursor as returned earlier, "" for the first page.
+    /// Throws Error("bad_cursor").
     virtual JobPage list(std::optional<JobState> state, int limit, const std::string& cursor) = 0;
     virtual JobCounts counts() = 0;
 };
 
 std::string_view to_word(JobState state);
 std::optional<JobState> job_state_from(std::string_view word);
-
-/// Finished rows kept by default: at a few kB each, some hundred MB at most.
-inline constexpr std::int64_t kFinishedJobsMax = 100'000;
 
 /// SQLite in WAL mode, synchronous = FULL, at `path` (created when absent, its directory with mode
 /// 0700). Beyond `finished_max` ≥ 1 finished jobs, the first finished are forgotten as new ones

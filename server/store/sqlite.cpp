@@ -4,13 +4,9 @@
 #include <sqlite3.h>
 
 #include "server/base/error.h"
+#include "server/store/bounds.h"
 
 namespace kiln {
-
-namespace {
-// Covers the longest write of another process with room to spare; longer means that it hangs.
-constexpr int kBusyTimeoutMs = 5000;
-}  // namespace
 
 Database::Database(const std::string& path) {
     const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
@@ -21,7 +17,7 @@ Database::Database(const std::string& path) {
         throw Error("store_failed", "job store: open " + path + ": " + reason);
     }
     sqlite3_extended_result_codes(handle_, 1);
-    sqlite3_busy_timeout(handle_, kBusyTimeoutMs);
+    sqlite3_busy_timeout(handle_, static_cast<int>(kBusyTimeMax.count()));
 }
 
 Database::~Database() { sqlite3_close(handle_); }

@@ -281,15 +281,14 @@ int SqliteJobStore::release(const std::string& worker, const std::string& note) 
 }
 
 JobPage SqliteJobStore::list(std::optional<JobState> state, int limit, const std::string& cursor) {
-    constexpr int kLimitMax = 1000;
-    if (limit < 1 || limit > kLimitMax)
-        throw Error("bad_limit", "a page holds 1 to 1000 jobs, not " + std::to_string(limit));
+    if (limit < 1)
+        throw Error("bad_limit", "a page holds at least one job, not " + std::to_string(limit));
     constexpr std::int64_t kLast = INT64_MAX;
     const Cursor from = cursor.empty() ? Cursor{kLast, kLast} : cursor_from(cursor);
     std::lock_guard lock(reader_.mutex);
-    Rows rows =
-        state ? reader_.list_state.run(from.created_ms, from.sequence, limit + 1, to_word(*state))
-              : reader_.list.run(from.created_ms, from.sequence, limit + 1);
+    Rows rows = state ? reader_.list_state.run(from.created_ms, from.sequence,
+                                               std::int64_t{limit} + 1, to_word(*state))
+                      : reader_.list.run(from.created_ms, from.sequence, std::int64_t{limit} + 1);
     JobPage page;
     Cursor last;
     while (rows.next()) {

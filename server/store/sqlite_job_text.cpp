@@ -5,13 +5,13 @@ namespace kiln::text {
 
 namespace {
 
-const std::string kBeforeSpec = "id, ";
-const std::string kAfterSpec =
-    ", engine, state, progress, standard_error_max, attempts, note, cancel_requested, worker, "
+const std::string kBeforeReport =
+    "id, spec, engine, state, progress, standard_error_max, attempts, note, cancel_requested, "
+    "worker, "
     "image_digest, image_extension, ";
 const std::string kAfterReport = ", error_code, error_detail, created_ms, started_ms, finished_ms";
-const std::string kColumns = kBeforeSpec + "spec" + kAfterSpec + "report" + kAfterReport;
-const std::string kBriefColumns = kBeforeSpec + "''" + kAfterSpec + "''" + kAfterReport;
+const std::string kColumns = kBeforeReport + "report" + kAfterReport;
+const std::string kBriefColumns = kBeforeReport + "''" + kAfterReport;
 
 }  // namespace
 

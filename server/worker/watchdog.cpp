@@ -5,14 +5,13 @@
 
 #include "server/base/exit_status.h"
 #include "server/base/log.h"
+#include "server/worker/bounds.h"
 
 namespace kiln {
 
 namespace {
 constexpr std::chrono::milliseconds kTick{100};
 constexpr std::chrono::milliseconds kSignOfLife{500};
-/// The largest image (16 Mi texels, four channels) takes well under a minute to encode and store.
-constexpr std::chrono::minutes kStoringMax{10};
 }  // namespace
 
 Watchdog::Watchdog(Mailbox& mailbox, std::chrono::milliseconds stall)
@@ -32,9 +31,20 @@ void Watchdog::begin(Attempt& attempt) {
     attempt_ = &attempt;
 }
 
+void Watchdog::begin_call() {
+    const std::lock_guard lock(mutex_);
+    called_ = std::chrono::steady_clock::now();
+}
+
 void Watchdog::end() {
     const std::lock_guard lock(mutex_);
     attempt_ = nullptr;
+    called_.reset();
+}
+
+void Watchdog::end_process(std::chrono::milliseconds silence) {
+    log_line("hung", {{"silence_ms", std::to_string(silence.count())}});
+    _exit(kExitHung);
 }
 
 void Watchdog::run() {
@@ -48,12 +58,14 @@ void Watchdog::run() {
         }
         if (attempt_ != nullptr) {
             const bool storing = attempt_->integrated();
-            if (attempt_->silence() > (storing ? std::chrono::milliseconds(kStoringMax) : stall_)) {
-                log_line("hung", {{"silence_ms", std::to_string(attempt_->silence().count())}});
-                _exit(kExitHung);
-            }
+            const std::chrono::milliseconds silence = attempt_->silence();
+            if (silence > (storing ? std::chrono::milliseconds(kStoringTimeMax) : stall_))
+                end_process(silence);
             if (storing) attempt_->look();
         }
+        if (called_ && Clock::now() - *called_ > stall_)
+            end_process(
+                std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - *called_));
         changed_.wait_for(lock, kTick);
     }
 }

@@ -6,10 +6,10 @@
 
 #include <array>
 #include <new>
-#include <nlohmann/json.hpp>
 
 #include "server/base/error.h"
 #include "server/base/log.h"
+#include "server/compute/devices_json.h"
 #include "server/compute/report.h"
 #include "server/spec/spec.h"
 #include "server/worker/attempt.h"
@@ -28,20 +28,6 @@ std::string own_name() {
     std::array<char, 256> host{};
     gethostname(host.data(), host.size() - 1);
     return std::string(host.data()) + "-" + std::to_string(getpid());
-}
-
-std::string devices_line(Engine& engine) {
-    nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const DeviceInfo& device : engine.devices())
-        all.push_back({{"backend", device.backend},
-                       {"name", device.name},
-                       {"vendor", device.vendor},
-                       {"version", device.version},
-                       {"numerics", device.numerics},
-                       {"compute_units", device.compute_units},
-                       {"usable", device.usable},
-                       {"detail", device.detail}});
-    return "devices " + all.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 class Worker {
@@ -68,7 +54,8 @@ class Worker {
             if (job) {
                 work_on(*job);
             } else if (!devices_told) {  // it may take a while, so a waiting job goes first
-                mailbox_.say(devices_line(engines_.pick("")));
+                const Watched watched(watchdog_);
+                mailbox_.say("devices " + to_json(engines_.pick("").devices()));
                 devices_told = true;
             } else {
                 mailbox_.wait(kPoll);

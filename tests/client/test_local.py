@@ -153,6 +153,14 @@ class Refuse(KilnTest):
                 self.assertTrue(stderr.startswith("kiln: "), stderr)
         self.assertEqual(self.files(), ["folder", "job.json"])
 
+    def test_an_unknown_command_is_named_with_the_nearest(self):
+        for word, hint in (("bak", 'did you mean "bake"?'), ("inof", 'did you mean "info"?'),
+                           ("nonsense", "is no command. There are bake, info, diff,"),
+                           ("--versoin", 'did you mean "--version"?')):
+            _, stderr = self.kiln(word, "job.json", exit_status=2)
+            self.assertIn(f'"{word}" is no ', stderr)
+            self.assertIn(hint, stderr)
+
     def test_help_and_version_go_to_standard_output(self):
         self.assertRegex(self.kiln("--version")[0].decode(), r"^kiln \d+\.\d+\.\d+\n$")
         for command in ("bake", "info", "diff", "ls", "cancel"):

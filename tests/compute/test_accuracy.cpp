@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "server/spec/words.h"
 #include "tests/compute/against_reference.h"
 
 namespace kiln {
@@ -62,6 +63,11 @@ struct Recipe {
     Importance importance;
     Sampler sampler;
 };
+
+void PrintTo(const Recipe& recipe, std::ostream* out) {
+    *out << to_word(recipe.masking) << ", " << to_word(recipe.importance) << ", "
+         << to_word(recipe.sampler);
+}
 
 class EveryRecipe : public testing::TestWithParam<Recipe> {};
 

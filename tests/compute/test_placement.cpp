@@ -54,6 +54,8 @@ double distance(const Values& a, const Values& b) {
     return largest;
 }
 
+void PrintTo(const Placement& placement, std::ostream* out) { *out << placement.name; }
+
 class EveryPlacement : public testing::TestWithParam<Placement> {};
 
 // 16 replicates of 1024 scrambled points: a quarter of the error of the recommended recipe at best,

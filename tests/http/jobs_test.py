@@ -3,6 +3,7 @@
 import concurrent.futures
 import hashlib
 import json
+import socket
 import unittest
 
 from service import ENDLESS, SMALL, Server, ServiceTest, wait_until
@@ -156,6 +157,35 @@ class Jobs(ServiceTest):
         self.assertEqual(self.server.request("POST", "/v1/jobs", "{}", from_a_page).status, 415)
         for wait in ("-1", "61", "x", "nan", "1e400"):
             self.assertEqual(self.server.post(SMALL, "?wait=" + wait).status, 400, wait)
+
+
+class Downloads(unittest.TestCase):
+    def test_what_is_sent_at_once_is_bounded(self):
+        server = Server("--device", "native", "--hot-cache-mib", "1", "--downloads-mib", "12")
+        # Noise of 4 channels, so that the file hardly shrinks: larger than half of the budget and
+        # than what the sockets between a server and a client that does not read may hold (10 MiB).
+        job = {"quantities": ["split_sum_scale", "split_sum_bias", "directional_albedo",
+                              "multiscatter_albedo"],
+               "resolution": [1024, 1024], "sample_count": 16, "sampler": "random",
+               "importance": "ndf", "output": {"format": "exr", "pixel": "float"}}
+        try:
+            first, second = (server.bake({**job, "seed": seed})["links"]["image"]
+                             for seed in (0, 1))
+            with socket.create_connection(("127.0.0.1", server.port), 60) as idle:
+                idle.sendall(f"GET {first} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+                self.assertTrue(idle.recv(1))  # the answer is on its way, and stays there
+                self.assertGreater(int(server.request("HEAD", first).headers["Content-Length"]),
+                                   11 << 20)
+                refused = server.get(second)
+                self.assertEqual(refused.status, 503)
+                self.assertEqual(refused.json["code"], "too_many_downloads")
+                self.assertIn("12 MiB", refused.json["detail"])
+                self.assertGreater(int(refused.headers["Retry-After"]), 0)
+                self.assertEqual(server.get(first).status, 200)  # shares the bytes
+                self.assertEqual(server.get("/healthz").status, 200)
+            wait_until(lambda: server.get(second).status == 200, what="a place that came free")
+        finally:
+            self.assertEqual(server.stop(), 0)
 
 
 class Queue(unittest.TestCase):

@@ -42,6 +42,10 @@ struct Shape {
     std::size_t width, height, channels;
 };
 
+void PrintTo(const Shape& shape, std::ostream* out) {
+    *out << shape.width << " x " << shape.height << " x " << shape.channels;
+}
+
 class ExrShapes : public testing::TestWithParam<Shape> {};
 
 TEST_P(ExrShapes, FloatComesBackBitForBit) {

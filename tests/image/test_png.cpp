@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/image/image.h"
+#include "server/spec/words.h"
 #include "tests/image/own_readers.h"
 #include "tests/image/tables.h"
 
@@ -30,6 +31,11 @@ struct Shape {
     std::size_t width, height, channels;
     PixelType pixel;
 };
+
+void PrintTo(const Shape& shape, std::ostream* out) {
+    *out << shape.width << " x " << shape.height << " x " << shape.channels << ' '
+         << to_word(shape.pixel);
+}
 
 class PngShapes : public testing::TestWithParam<Shape> {};
 

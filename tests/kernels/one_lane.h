@@ -12,16 +12,22 @@ using scalar = double;
 using real = double;
 inline real lane_sqrt(real x) { return std::sqrt(x); }
 inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
+#define KILN_AS_BITS(x) std::bit_cast<std::int64_t>(x)
+#define KILN_AS_REAL(x) std::bit_cast<double>(x)
 #define KILN_DOUBLE 1
 #define KILN_LANES 1
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/lane.h"
+#include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/microfacet.h"
+#include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES
@@ -32,6 +38,8 @@ using scalar = float;
 using real = float;
 inline real lane_sqrt(real x) { return std::sqrt(x); }
 inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
+#undef KILN_AS_BITS
+#undef KILN_AS_REAL
 #define KILN_AS_BITS(x) std::bit_cast<std::int32_t>(x)
 #define KILN_AS_REAL(x) std::bit_cast<float>(x)
 #define KILN_DOUBLE 0
@@ -39,11 +47,15 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/lane.h"
+#include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
+#include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/microfacet.h"
+#include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES

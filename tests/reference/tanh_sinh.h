@@ -26,7 +26,7 @@ const TanhSinh& tanh_sinh(int level);
 /// Raises the level until two in a row agree within `absolute + relative * |value|`, returns the
 /// finer. One more level squares the error of this rule (an analytic integrand), so the difference
 /// is the error of the coarser one and that of the finer is far below it. Throws std::domain_error
-/// where none agree.
+/// where none agree, at once where a sum is not finite.
 template <class AtLevel, class Size>
 auto converge(const AtLevel& at_level, double absolute, double relative, const Size& size,
               int first = kLowestLevel) {
@@ -34,6 +34,7 @@ auto converge(const AtLevel& at_level, double absolute, double relative, const S
     for (int level = first + 1; level <= kHighestLevel; ++level) {
         const auto fine = at_level(level);
         if (size(fine, coarse) <= absolute + relative * size(fine)) return fine;
+        if (!std::isfinite(size(fine))) break;
         coarse = fine;
     }
     throw std::domain_error("reference quadrature: no two orders agree");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "server/store/job_store.h"
@@ -17,6 +18,8 @@ struct JobStoreCase {
     const char* name;
     std::unique_ptr<JobStore> (*open)(const TemporaryFolder& folder);
 };
+
+inline void PrintTo(const JobStoreCase& one, std::ostream* out) { *out << one.name; }
 
 inline const JobStoreCase kJobStoreCases[] = {
     {"sqlite",

@@ -24,6 +24,9 @@ class CountingStore : public BlobStore {
         return disk_.get(digest);
     }
     bool contains(const std::string& digest) override { return disk_.contains(digest); }
+    std::optional<std::uint64_t> size(const std::string& digest) override {
+        return disk_.size(digest);
+    }
 
     std::atomic<int> gets{0};
     std::atomic<bool> failing{false};
@@ -35,7 +38,7 @@ class CountingStore : public BlobStore {
 
 class CachedBlobStoreTest : public testing::Test {
   protected:
-    static constexpr std::uint64_t kBudget = 100'000;
+    static constexpr std::uint64_t kBudget = 100'000, kLooseBudget = 200'000;
     std::string put(char letter, std::size_t byte_count) {
         return cached_.put(std::string(byte_count, letter));
     }
@@ -47,7 +50,7 @@ class CachedBlobStoreTest : public testing::Test {
 
     TemporaryFolder folder_;
     CountingStore below_{folder_ / "blobs"};
-    CachedBlobStore cached_{below_, kBudget};
+    CachedBlobStore cached_{below_, kBudget, kLooseBudget};
 };
 
 TEST_F(CachedBlobStoreTest, HotBlobIsReadOnceAndNotCopied) {
@@ -89,6 +92,37 @@ TEST_F(CachedBlobStoreTest, BytesInUseOutliveTheirEviction) {
     const Bytes held = cached_.get(put('a', 24'000));
     for (char letter = 'b'; letter <= 'z'; ++letter) cached_.get(put(letter, 24'000));
     EXPECT_EQ(*held, std::string(24'000, 'a'));
+}
+
+TEST_F(CachedBlobStoreTest, WhatCallersHoldBesideTheCacheIsBounded) {
+    const std::string first = put('a', 90'000), second = put('b', 90'000), third = put('c', 90'000);
+    const std::string small = put('d', 1'000);
+    const Bytes held = cached_.get(first);
+    Bytes other = cached_.get(second);
+    EXPECT_EQ(error_of([&] { cached_.get(third); })[0], "too_many_downloads");
+    EXPECT_NE(cached_.get(first), nullptr) << "shared with who holds it";
+    EXPECT_NE(cached_.get(small), nullptr);
+    EXPECT_NE(cached_.get(small), nullptr) << "the cache's own is not counted";
+    other.reset();
+    EXPECT_NE(cached_.get(third), nullptr) << "a place that came free";
+}
+
+TEST_F(CachedBlobStoreTest, EvictedBytesInUseCount) {
+    // Eight in callers' hands, of which the cache keeps four.
+    std::vector<Bytes> held;
+    for (char letter = 'a'; letter < 'i'; ++letter)
+        held.push_back(cached_.get(put(letter, 24'000)));
+    const std::string large = put('z', 120'000);
+    EXPECT_EQ(error_of([&] { cached_.get(large); })[0], "too_many_downloads");
+    held.clear();
+    EXPECT_NE(cached_.get(large), nullptr);
+}
+
+TEST_F(CachedBlobStoreTest, OneBlobLargerThanEveryBudgetPasses) {
+    const std::string large = put('a', kBudget + kLooseBudget), next = put('b', 90'000);
+    const Bytes held = cached_.get(large);
+    EXPECT_NE(held, nullptr);
+    EXPECT_EQ(error_of([&] { cached_.get(next); })[0], "too_many_downloads");
 }
 
 TEST_F(CachedBlobStoreTest, AbsentStaysAbsentAndIsAskedForAgain) {

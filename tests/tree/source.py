@@ -4,7 +4,7 @@ import ast
 import os
 import re
 
-SKIPPED_FOLDERS = {".git", "build", "out", "__pycache__", "node_modules"}
+SKIPPED = {".git", "build", "out", "__pycache__", "node_modules"}
 
 
 class Tree:
@@ -14,8 +14,8 @@ class Tree:
         self.root = root
         self.files = {}
         for folder, folders, names in os.walk(root):
-            folders[:] = sorted(set(folders) - SKIPPED_FOLDERS)
-            for name in sorted(names):
+            folders[:] = sorted(set(folders) - SKIPPED)
+            for name in sorted(set(names) - SKIPPED):  # in a linked work tree .git is a file
                 path = os.path.join(folder, name)
                 try:
                     with open(path, encoding="utf-8") as file:

@@ -9,6 +9,9 @@ import unittest
 
 from service import ENDLESS, KILND, SCRATCH, SMALL, Server, wait_until
 
+# Makes OpenCL calls fail or hang, see tests/compute/clfault.cpp.
+CLFAULT_LIBRARY = os.environ["CLFAULT_LIBRARY"]
+
 # Long enough on every CPU to be caught while it runs: 2^30 samples, some seconds.
 LONG = {"quantities": ["split_sum_scale", "split_sum_bias"], "resolution": [1024, 1024],
         "sample_count": 1024}
@@ -44,6 +47,39 @@ class Survival(unittest.TestCase):
         # The next job is not held back by what happened to this one.
         other = server.bake({**SMALL, "device": "native"})
         self.assertIsNone(server.get(other["links"]["report"]).json["device"]["fallback"])
+
+    def test_a_worker_whose_device_hangs_ends_itself(self):
+        # The first clFinish ends the trial of the program, the second a launch of the first job
+        # that comes after it; a worker that follows has a first and a second of its own.
+        server = self.serve("--stall-s", "3", environment={
+            "LD_PRELOAD": CLFAULT_LIBRARY, "CLFAULT": "clFinish:2:hang"})
+        first = wait_until(server.workers)[0]
+        for seed in range(500):  # until the program is built, native does the jobs
+            job_id = server.post({**SMALL, "seed": seed}).json["id"]
+            def ended():
+                self.assertEqual(server.get("/healthz").status, 200)
+                return server.state(job_id) not in ("queued", "running")
+            wait_until(ended, what="the end of a job on a device that hangs")
+            status = server.get("/v1/jobs/" + job_id).json
+            self.assertEqual(status["state"], "done")
+            if status["attempts"] > 1:
+                break
+        self.assertEqual(status["attempts"], 2)
+        device = server.get(status["links"]["report"]).json["device"]
+        self.assertEqual(device["backend"], "native")
+        self.assertIn("its device made no progress", device["fallback"])
+        self.assertGreaterEqual(server.metric("kiln_worker_restarts_total"), 1)
+        self.assertNotEqual(wait_until(server.workers), [first])
+        self.assertTrue(any('"event":"hung"' in line for line in server.log))
+
+    def test_a_driver_that_hangs_when_asked_for_its_devices_ends_the_worker(self):
+        # With nothing to do a worker asks for the devices: it must not stay there.
+        server = self.serve("--stall-s", "1", "--breaker-deaths", "1", environment={
+            "LD_PRELOAD": CLFAULT_LIBRARY, "CLFAULT": "clGetPlatformIDs:0:hang"})
+        wait_until(lambda: server.metric("kiln_worker_restarts_total") >= 1)
+        report = server.get(server.bake(SMALL)["links"]["report"]).json
+        self.assertEqual(report["device"]["backend"], "native")
+        self.assertIn("worker deaths", report["device"]["fallback"])
 
     def test_a_stopped_worker_counts_as_hung(self):
         server = self.serve("--silence-s", "2")

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// The general path: any lobe, Fresnel and diffuse model that the fast path (integrand.h, batch.h)
+// does not know, one point after the other.
+
+// Beside the terms of integrand.h. A coloured one is three bits, R G B.
+#define KILN_TERM_COLOUR 8         // F(VoH) f NoL / pdf
+#define KILN_TERM_DIFFUSE 64       // π f_d under cosine sampling: its mean is the albedo
+#define KILN_TERM_TRANSMITTED 512  // (1 − F(VoH)) π f_d
+#define KILN_TERM_COUNT 12
+#define KILN_TERMS_DIFFUSE (7 * KILN_TERM_DIFFUSE | 7 * KILN_TERM_TRANSMITTED)
+
+// Numbers of the job, uniform over a launch: Fresnel's of each channel, the diffuse albedo of each
+// channel, Schlick's exponent of the split sum.
+#define KILN_PARAMETER_ALBEDO (3 * KILN_FRESNEL_PARAMETERS)
+#define KILN_PARAMETER_EXPONENT (KILN_PARAMETER_ALBEDO + 3)
+#define KILN_PARAMETER_COUNT (KILN_PARAMETER_EXPONENT + 1)
+
+typedef struct {
+    int distribution, masking, importance, terms, averaged;
+    int fresnel, diffuse;
+} Material;
+
+typedef struct {
+    real term[KILN_TERM_COUNT];
+} Sums;
+
+// GGX under Smith from half vectors: the fast path's own lobe, with its exact deficit.
+KILN_FUNCTION int is_fast_lobe(const Material what) {
+    return what.distribution == KILN_GGX && what.masking <= KILN_SMITH_SEPARABLE &&
+           what.importance <= KILN_IMPORTANCE_NDF;
+}
+
+KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
+    const real base = K(1.0) - VoH;
+    const real m = lane_select(base > K(0.0), base, lanes(K(0.0)));
+    return lane_pow(m, lanes(exponent));
+}
+
+KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,
+                                real roughness, KILN_GLOBAL const scalar* point, Sums sums) {
+    const Directions d = diffuse_directions(NoV, point[1], point[2], point[0]);
+    for (int c = 0; c < 3; ++c) {
+        const int diffuse = KILN_TERM_DIFFUSE << c, transmitted = KILN_TERM_TRANSMITTED << c;
+        if (!(what.terms & (diffuse | transmitted))) continue;
+        const real lobe = diffuse_lobe(what.diffuse, d, roughness, p[KILN_PARAMETER_ALBEDO + c]);
+        if (what.terms & diffuse) sums.term[6 + c] += lobe;
+        if (what.terms & transmitted)
+            sums.term[9 + c] +=
+                lobe * (K(1.0) - fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, d.VoH));
+    }
+    return sums;
+}
+
+// {f NoL / pdf, VoH, 1 − that without the subtraction where the lobe knows how}.
+KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
+                                real* VoH) {
+    const real none = lanes(K(0.0));
+    if (is_fast_lobe(what)) {
+        const Integrand fast = {what.masking, what.importance,
+                                what.terms & (KILN_TERM_WEIGHT | KILN_TERM_DEFICIT)};
+        const HalfVector h = sample_half_vector(fast, view, point[0], point[1], point[2]);
+        *VoH = ggx_VoH(view, h);
+        return weigh(fast, view, h, ggx_mirror(view, h), *VoH, point[2]);
+    }
+    Scattering s;
+    if (what.importance >= KILN_IMPORTANCE_COSINE) {
+        s = scatter_hemisphere(what.importance, view.vz * view.S, point[0], point[1], point[2]);
+        s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoH, s.sin2_H);
+    } else if (what.importance == KILN_IMPORTANCE_VNDF) {
+        s = scatter_half_vector(what.importance, view,
+                                ggx_sample_vndf(view, point[0], point[1], point[2]));
+    } else if (what.distribution == KILN_BECKMANN) {
+        s = scatter_half_vector(what.importance, view,
+                                beckmann_sample_ndf(view, point[0], point[2]));
+    } else {
+        s = scatter_half_vector(what.importance, view, ggx_sample_ndf(view, point[0], point[1]));
+    }
+    *VoH = s.VoH;
+    // A light below the horizon must not reach the visibility: its denominators may vanish there.
+    const real above = lane_select(s.NoL > none, s.NoL, lanes(K(1.0)));
+    const real lit = s.factor;
+    s.sinL = lane_select(s.NoL > none, s.sinL, none);
+    const real below = s.NoL;
+    s.NoL = above;
+    Terms terms;
+    const real weight =
+        lit * microfacet_visibility(what.distribution, what.masking, view.alpha, s);
+    terms.weight = lane_select(below > none, weight, none);
+    terms.fresnel = none;
+    terms.deficit = K(1.0) - terms.weight;
+    return terms;
+}
+
+KILN_FUNCTION Sums specular_sums(const Material what, KILN_GLOBAL const scalar* p, View view,
+                                 KILN_GLOBAL const scalar* point, Sums sums) {
+    real VoH;
+    const Terms lobe = sample_lobe(what, view, point, &VoH);
+    if (what.terms & KILN_TERM_WEIGHT) sums.term[0] += lobe.weight;
+    if (what.terms & KILN_TERM_FRESNEL)
+        sums.term[1] += lobe.weight * fresnel_power(VoH, p[KILN_PARAMETER_EXPONENT]);
+    if (what.terms & KILN_TERM_DEFICIT) sums.term[2] += lobe.deficit;
+    for (int c = 0; c < 3; ++c)
+        if (what.terms & (KILN_TERM_COLOUR << c))
+            sums.term[3 + c] +=
+                lobe.weight * fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, VoH);
+    return sums;
+}
+
+// As batch_sum() of batch.h. Averages take NoV from every point.
+KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p, real NoV,
+                                real alpha, KILN_GLOBAL const scalar* points,
+                                const unsigned int point_count) {
+    Sums sums;
+    for (int t = 0; t < KILN_TERM_COUNT; ++t) sums.term[t] = lanes(K(0.0));
+    const real roughness = lane_sqrt(alpha);
+    View view = ggx_view(NoV, alpha);
+    for (unsigned int i = 0; i < point_count; ++i) {
+        KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
+        if (what.averaged) {
+            NoV = lanes(point[3]);
+            view = ggx_view(NoV, alpha);
+        }
+        if (what.terms & KILN_TERMS_DIFFUSE)
+            sums = diffuse_sums(what, p, NoV, roughness, point, sums);
+        else
+            sums = specular_sums(what, p, view, point, sums);
+    }
+    return sums;
+}

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// The microfacet lobes beside the fast path of ggx.h: every distribution under every masking, in
+// plain vectors. A lobe is D(h) V(NoV, NoL) F(VoH), with the visibility V = G2 / (4 NoV NoL) in
+// forms that need no division by a cosine.
+
+#define KILN_GGX 0
+#define KILN_BECKMANN 1
+#define KILN_CHARLIE 2
+
+// KILN_SMITH_CORRELATED 0 and KILN_SMITH_SEPARABLE 1 stand in smith.h.
+#define KILN_KARIS_IBL 2
+#define KILN_KARIS_DIRECT 3
+#define KILN_UNREAL_JOINT 4
+#define KILN_NEUBELT 5
+#define KILN_CHARLIE_MASKING 6
+#define KILN_CHARLIE_SOFTENED 7
+
+#define KILN_PI K(3.14159265358979324)
+
+// A sampled light, in what lobes read of it. `factor` is NoL / pdf, with as much of D as the
+// sampler's density cancels left out.
+typedef struct {
+    real NoV, sinV, NoL, sinL, VoH, NoH, sin2_H;
+    real factor;
+} Scattering;
+
+KILN_FUNCTION real ggx_D(real alpha, real NoH, real sin2_H) {
+    const real a2 = alpha * alpha;
+    const real spread = lane_fma(a2, NoH * NoH, sin2_H);
+    return a2 / (KILN_PI * (spread * spread));
+}
+
+// Beckmann, Spizzichino 1963, as in Walter et al. 2007, eq. 25.
+KILN_FUNCTION real beckmann_D(real alpha, real NoH, real sin2_H) {
+    const real c2 = NoH * NoH, a2 = alpha * alpha;
+    return lane_exp(-sin2_H / (a2 * c2)) / (KILN_PI * a2 * c2 * c2);
+}
+
+// Estevez, Kulla 2017, eq. 2: (2 + 1/α) sin^(1/α) / 2π.
+KILN_FUNCTION real charlie_D(real alpha, real sin2_H) {
+    const real none = lanes(K(0.0));
+    const real inverse = K(1.0) / lane_select(alpha > none, alpha, lanes(K(1.0)));
+    const real D = (K(2.0) + inverse) * lane_pow(sin2_H, K(0.5) * inverse) / (K(2.0) * KILN_PI);
+    return lane_select(alpha > none, D, none);
+}
+
+KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
+    if (distribution == KILN_BECKMANN) return beckmann_D(alpha, NoH, sin2_H);
+    if (distribution == KILN_CHARLIE) return charlie_D(alpha, sin2_H);
+    return ggx_D(alpha, NoH, sin2_H);
+}
+
+// NoX (1 + Λ(NoX)), regular at NoX = 0. GGX: Heitz 2014, eq. 72; Beckmann: eq. 68, with a = NoX /
+// (α sinX) and Λ as lane_erfcx_deficit() has it.
+KILN_FUNCTION real smith_reach(const int distribution, real alpha, real NoX, real sinX) {
+    const real slope = alpha * sinX;
+    if (distribution == KILN_GGX)
+        return K(0.5) * (NoX + lane_sqrt(lane_fma(NoX, NoX, slope * slope)));
+    const real flat = lanes(K(1e-30));
+    const real a = lane_min(NoX / lane_max(slope, flat), lanes(K(30.0)));
+    const real tail = lane_exp_minus_square(a) * lane_erfcx_deficit(a);
+    return lane_fma(slope * K(0.28209479177387814), tail, NoX);  // 1 / (2√π)
+}
+
+// Karis 2013: Schlick's G1 = NoX / (NoX (1 − k) + k).
+KILN_FUNCTION real karis_visibility(real k, real NoV, real NoL) {
+    const real rest = K(1.0) - k;
+    return K(0.25) / (lane_fma(NoV, rest, k) * lane_fma(NoL, rest, k));
+}
+
+// Estevez, Kulla 2017, eq. 3 and table 1: Λ = exp L(NoX) below 1/2, exp(2 L(1/2) − L(1 − NoX))
+// above, L(x) = a / (1 + b x^c) + d x + e.
+KILN_FUNCTION real charlie_L(real alpha, real x) {
+    const real t = (K(1.0) - alpha) * (K(1.0) - alpha);
+    const real a = lane_fma(t, lanes(K(25.3245) - K(21.5473)), lanes(K(21.5473)));
+    const real b = lane_fma(t, lanes(K(3.32435) - K(3.82987)), lanes(K(3.82987)));
+    const real c = lane_fma(t, lanes(K(0.16801) - K(0.19823)), lanes(K(0.19823)));
+    const real d = lane_fma(t, lanes(K(-1.27393) + K(1.97760)), lanes(K(-1.97760)));
+    const real e = lane_fma(t, lanes(K(-4.85967) + K(4.32054)), lanes(K(-4.32054)));
+    return a / (K(1.0) + b * lane_pow(x, c)) + d * x + e;
+}
+
+KILN_CALLED real charlie_log_lambda(real alpha, real NoX) {
+    const real low = charlie_L(alpha, NoX);
+    const real high = K(2.0) * charlie_L(alpha, lanes(K(0.5))) - charlie_L(alpha, K(1.0) - NoX);
+    return lane_select(NoX < K(0.5), low, high);
+}
+
+// 1 / ((1 + Λv + Λl) 4 NoV NoL). Infinite at NoV = 0, as the model is. Softened: the light's Λ
+// to the power 1 + 2 (1 − NoL)^8 (eq. 4).
+KILN_FUNCTION real charlie_visibility(const int masking, real alpha, real NoV, real NoL) {
+    real log_light = charlie_log_lambda(alpha, NoL);
+    if (masking == KILN_CHARLIE_SOFTENED) {
+        const real m = K(1.0) - NoL, m2 = m * m, m4 = m2 * m2;
+        log_light = log_light * lane_fma(lanes(K(2.0)), m4 * m4, lanes(K(1.0)));
+    }
+    const real sum = K(1.0) + lane_exp(charlie_log_lambda(alpha, NoV)) + lane_exp(log_light);
+    return K(0.25) / (sum * NoV * NoL);
+}
+
+KILN_CALLED real microfacet_visibility(const int distribution, const int masking, real alpha,
+                                         Scattering s) {
+    const real NoV = s.NoV, NoL = s.NoL;
+    if (masking == KILN_KARIS_IBL) return karis_visibility(K(0.5) * alpha, NoV, NoL);
+    if (masking == KILN_KARIS_DIRECT) {
+        const real r = lane_sqrt(alpha) + K(1.0);
+        return karis_visibility(K(0.125) * r * r, NoV, NoL);
+    }
+    if (masking == KILN_UNREAL_JOINT) {  // Unreal 4's approximation of correlated Smith
+        const real rest = K(1.0) - alpha;
+        return K(0.5) /
+               lane_fma(NoL, lane_fma(NoV, rest, alpha), NoV * lane_fma(NoL, rest, alpha));
+    }
+    if (masking == KILN_NEUBELT)  // Neubelt, Pettineo 2013
+        return K(0.25) / lane_fma(-NoL, NoV, NoL + NoV);
+    if (masking == KILN_CHARLIE_MASKING || masking == KILN_CHARLIE_SOFTENED)
+        return charlie_visibility(masking, alpha, NoV, NoL);
+    const real view = smith_reach(distribution, alpha, NoV, s.sinV);
+    const real light = smith_reach(distribution, alpha, NoL, s.sinL);
+    if (masking == KILN_SMITH_SEPARABLE) return K(0.25) / (view * light);
+    return K(0.25) / (lane_fma(NoL, view, NoV * light) - NoV * NoL);
+}
+
+// V and L from a point of the hemisphere: cosine (density NoL / π) and uniform (1 / 2π) sampling.
+// The point is (cos φ, NoL, sin θL).
+KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scalar cos_phi,
+                                            scalar NoL, scalar sinL) {
+    Scattering s;
+    s.NoV = NoV;
+    s.sinV = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV));
+    s.NoL = lanes(NoL);
+    s.sinL = lanes(sinL);
+    // h = V + L: |h|² = 4 VoH², and its part in the plane without the cancellation of 1 − NoH².
+    const real across = K(2.0) * s.sinV * (sinL * cos_phi);
+    const real hxy2 = lane_fma(s.sinV, s.sinV, lane_fma(lanes(sinL), lanes(sinL), across));
+    const real hz = NoV + NoL;
+    const real floor = lanes(K(0.0));
+    const real bounded = lane_select(hxy2 > floor, hxy2, floor);
+    const real hh = lane_fma(hz, hz, bounded);
+    const real inverse = lane_select(hh > floor, K(1.0) / lane_select(hh > floor, hh, lanes(K(1.0))), floor);
+    s.VoH = K(0.5) * lane_sqrt(hh);
+    s.sin2_H = bounded * inverse;
+    s.NoH = hz * lane_sqrt(inverse);
+    s.factor = importance == KILN_IMPORTANCE_COSINE ? lanes(KILN_PI)
+                                                    : lanes(K(2.0) * KILN_PI * NoL);
+    return s;
+}
+
+// Beckmann's normals: tan²θ = −α² ln u = α² T². The point is (T cos φ, 1, T²).
+KILN_FUNCTION HalfVector beckmann_sample_ndf(View view, scalar x, scalar T2) {
+    HalfVector h;
+    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(x), K(2.0) * view.vz);
+    h.NoH = lanes(K(1.0));
+    h.hh = lane_fma(view.alpha * view.alpha, lanes(T2), lanes(K(1.0)));
+    return h;
+}
+
+// From a half vector (unnormalised, ggx.h) drawn from D NoH, or from GGX's visible normals. D
+// cancels: NoL / (D NoH / 4 VoH) and NoL / (G1 D / 4 NoV), G1 / NoV = 2 / (NoV + S).
+KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, HalfVector h) {
+    const real hh = lane_select(h.hh > K(0.0), h.hh, lanes(K(1.0)));
+    const real inverse = K(1.0) / hh, root = lane_sqrt(inverse);
+    Scattering s;
+    // α = 0 at NoV = 0: the mirror's limit, from a view that is as good as grazing.
+    view.S = lane_select(view.S > K(0.0), view.S, lanes(K(1e-18)));
+    s.NoV = view.vz * view.S;
+    s.sinV = lane_sqrt((K(1.0) - s.NoV) * (K(1.0) + s.NoV));
+    s.VoH = K(0.5) * view.S * h.VoH2 * root;
+    s.NoH = h.NoH * root;
+    s.sin2_H = lanes(K(0.0));
+    const real NoL = view.S * lane_fma(h.VoH2, h.NoH, -(view.vz * h.hh)) * inverse;
+    s.NoL = lane_select(NoL < K(1.0), NoL, lanes(K(1.0)));
+    s.sinL = lane_sqrt((K(1.0) - s.NoL) * (K(1.0) + s.NoL));
+    s.factor = importance == KILN_IMPORTANCE_VNDF ? K(2.0) * s.NoL * (s.NoV + view.S)
+                                                  : K(4.0) * s.NoL * s.VoH / s.NoH;
+    return s;
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/averages.h"
+
+#include <algorithm>
+
+#include "server/compute/integrate.h"
+
+namespace kiln {
+
+namespace {
+/// One value serves a whole line of texels, so it may cost more than one of them.
+constexpr std::int64_t kAverageSamplesMin = 65536;
+}  // namespace
+
+Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
+                          const Control& control) {
+    const std::size_t rough = roughness_axis(job);
+    JobSpec line = job;
+    line.quantities = {Quantity::average_albedo};
+    line.resolution = {job.resolution[rough]};
+    line.axes = {job.axes[rough]};
+    line.precision = Precision::float64;
+    line.sample_count = std::max(job.sample_count, kAverageSamplesMin);
+    Control quiet;
+    quiet.cancelled = control.cancelled;
+    const Plan plan = make_plan(line, [] { return Averages{}; });
+    const Outcome outcome = integrate(line, plan, native, pool, quiet, true);
+    Averages averages;
+    for (const float E_avg : outcome.table.planes[0])
+        averages.deficit.push_back(1 - static_cast<double>(E_avg));
+    averages.standard_error.assign(outcome.standard_errors[0].begin(),
+                                   outcome.standard_errors[0].end());
+    return averages;
+}
+
+}  // namespace kiln

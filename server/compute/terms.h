@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+
+namespace kiln {
+
+/// The sums that the kernels can make, by index; 1 << index is its KILN_TERM_ bit
+/// (kernels/integrand.h, kernels/material.h). From kColour on, each stands for R and is followed by
+/// G and B.
+enum Term : std::size_t {
+    kWeight = 0,       ///< f NoL / pdf with F = 1: its mean is E
+    kSchlick = 1,      ///< (1 − VoH)^n of it: its mean is B
+    kDeficit = 2,      ///< its mean is 1 − E, summed as such
+    kColour = 3,       ///< F(VoH) f NoL / pdf
+    kDiffuse = 6,      ///< π f_d under cosine sampling
+    kTransmitted = 9,  ///< (1 − F(VoH)) π f_d
+};
+inline constexpr std::size_t kTermCount = 12;
+
+/// Numbers of the material that a launch carries: kernels/material.h.
+inline constexpr std::size_t kParameterCount = 28;
+
+/// A linear combination of term means.
+using Combination = std::array<double, kTermCount>;
+
+constexpr int terms_of(const Combination& combination) {
+    int terms = 0;
+    for (std::size_t t = 0; t < kTermCount; ++t)
+        if (combination[t] != 0) terms |= 1 << t;
+    return terms;
+}
+
+}  // namespace kiln

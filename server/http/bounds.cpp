@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/bounds.h"
+
+namespace kiln {
+
+namespace {
+template <typename Duration>
+std::uint64_t count_of(Duration time) {
+    return static_cast<std::uint64_t>(time.count());
+}
+}  // namespace
+
+Bounds http_bounds() {
+    return {
+        {"head_bytes_max", kHeadBytesMax, "bytes", "Largest head of a request."},
+        {"head_lines_max", kHeadLinesMax, "fields", "Most header fields of a request."},
+        {"path_bytes_max", kPathBytesMax, "bytes", "Longest path of a request."},
+        {"target_bytes_max", kTargetBytesMax, "bytes", "Longest path and query together."},
+        {"backlog_max", kBacklogMax, "connections", "Waiting to be accepted."},
+        {"linger_ms_max", count_of(kLingerTimeMax), "ms",
+         "What a refused client still sends is read and dropped this long."},
+        {"linger_bytes_max", kLingerBytesMax, "bytes", "The same, how far."},
+        {"send_rate_min", kSendBytesPerSecondMin, "bytes/s",
+         "A client that takes an answer more slowly is cut off."},
+        {"coalesced_bytes_max", kCoalescedBytesMax, "bytes",
+         "Of an answer, held back until more is there to send."},
+        {"image_index_entries_max", kImageIndexEntriesMax, "jobs",
+         "Whose image is found without a look into the store."},
+        {"worker_line_bytes_max", kWorkerLineBytesMax, "bytes",
+         "Longest line of a worker to the server."},
+        {"worker_backoff_ms_max", count_of(kBackoffMax), "ms",
+         "Between two starts of a worker that keeps dying."},
+        {"worker_abandon_s_max", count_of(kAbandonTimeMax), "s",
+         "For a worker to drop its job and end, once told to."},
+    };
+}
+
+}  // namespace kiln

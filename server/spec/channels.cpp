@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/spec/channels.h"
+
+#include <algorithm>
+
+#include "server/spec/words.h"
+
+namespace kiln {
+
+bool reads_fresnel(Quantity quantity) {
+    return quantity == Quantity::specular_albedo || quantity == Quantity::compensated_albedo ||
+           quantity == Quantity::fresnel_average || quantity == Quantity::total_albedo;
+}
+
+bool reads_diffuse(Quantity quantity) {
+    return quantity == Quantity::diffuse_albedo || quantity == Quantity::diffuse_average_albedo ||
+           quantity == Quantity::total_albedo;
+}
+
+bool reads_multiscatter(Quantity quantity) {
+    return quantity == Quantity::compensated_albedo || quantity == Quantity::total_albedo;
+}
+
+bool depends_on_NoV(Quantity quantity) {
+    return quantity != Quantity::average_albedo && quantity != Quantity::fresnel_average &&
+           quantity != Quantity::diffuse_average_albedo;
+}
+
+int channel_count(const FresnelModel& model) {
+    const auto most = [](auto... sizes) { return static_cast<int>(std::max({sizes...})); };
+    switch (model.model) {
+        case Fresnel::none:
+            return 1;
+        case Fresnel::schlick:
+            return most(model.f0.size(), model.f90.size());
+        case Fresnel::dielectric:
+            return most(model.ior.size());
+        case Fresnel::conductor:
+            return model.metal ? 3 : most(model.eta.size(), model.k.size());
+        case Fresnel::edge_tint:
+            return most(model.reflectivity.size(), model.edge_tint.size());
+        case Fresnel::f82_tint:
+            return most(model.f0.size(), model.f82.size());
+    }
+    __builtin_unreachable();
+}
+
+std::vector<Channel> channels_of(const JobSpec& job) {
+    std::vector<Channel> channels;
+    for (const Quantity quantity : job.quantities) {
+        const std::string word(to_word(quantity));
+        const bool coloured = (reads_fresnel(quantity) && channel_count(job.fresnel) == 3) ||
+                              (reads_diffuse(quantity) && job.diffuse.albedo.size() == 3);
+        if (!coloured) {
+            channels.push_back({quantity, 0, word});
+            continue;
+        }
+        for (int colour = 0; colour < 3; ++colour)
+            channels.push_back({quantity, colour, word + "." + "RGB"[colour]});
+    }
+    return channels;
+}
+
+}  // namespace kiln

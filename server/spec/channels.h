@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+/// One plane of a job's table.
+struct Channel {
+    Quantity quantity;
+    int colour = 0;    ///< 0…2 for R G B of a coloured quantity, else 0
+    std::string name;        ///< the quantity's word, followed by .R .G .B where it is coloured
+};
+
+/// The planes of a job in their order: a quantity is one plane, or three where the numbers of the
+/// models that it reads are three.
+std::vector<Channel> channels_of(const JobSpec& job);
+
+/// What a quantity reads beside the lobe.
+bool reads_fresnel(Quantity quantity);
+bool reads_diffuse(Quantity quantity);
+bool reads_multiscatter(Quantity quantity);
+
+/// False for what is a function of roughness (or of nothing) alone, so that a table of one axis
+/// holds it.
+bool depends_on_NoV(Quantity quantity);
+
+}  // namespace kiln

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <chrono>
+
+#include "server/base/bound.h"
+
+namespace kiln {
+
+/// The largest image (16 Mi texels, four channels) takes well under a minute to encode and store.
+inline constexpr std::chrono::minutes kStoringTimeMax{10};
+
+/// Of the worker and of the engine in it.
+Bounds worker_bounds();
+
+}  // namespace kiln
