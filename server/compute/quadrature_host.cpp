@@ -2,7 +2,9 @@
 // The kernel at one lane in double: what the reports' reference values come from.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 
 #include "server/compute/quadrature.h"
@@ -15,11 +17,14 @@ using scalar = double;
 using real = double;
 inline real lane_sqrt(real x) { return std::sqrt(x); }
 inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
+#define KILN_AS_BITS(x) std::bit_cast<std::int64_t>(x)
+#define KILN_AS_REAL(x) std::bit_cast<double>(x)
 #define KILN_DOUBLE 1
 #define KILN_LANES 1
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/lane.h"
+#include "kernels/lane_math.h"
 #include "kernels/fresnel.h"
 #include "kernels/smith.h"
 #include "kernels/ray.h"
