@@ -9,6 +9,7 @@
 //   batches     first point, point count: batch_count pairs
 //   sums        [batch][term that is asked for][texel_stride]
 
+#ifndef KILN_QUADRATURE
 __kernel void tables(__global const scalar* texels, __global const scalar* points,
                      __global const scalar* parameters, __global const uint* batches,
                      const uint batch_count, const uint texel_stride, __global scalar* sums) {
@@ -39,3 +40,4 @@ __kernel void tables(__global const scalar* texels, __global const scalar* point
 #endif
     }
 }
+#endif

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "server/compute/points.h"
+#include "server/compute/quadrature_launch.h"
 #include "server/compute/terms.h"
 #include "server/spec/job_spec.h"
 
@@ -54,6 +55,8 @@ class Backend {
     /// Throws Error("device_failed") naming the call that failed.
     virtual void run(const Launch<float>& launch) = 0;
     virtual void run(const Launch<double>& launch) = 0;
+    virtual void run(const QuadratureLaunch<float>& launch) = 0;
+    virtual void run(const QuadratureLaunch<double>& launch) = 0;
 };
 
 }  // namespace kiln

@@ -35,8 +35,31 @@ class NativeBackend : public Backend {
     void run(const Launch<double>& launch) override {
         run_groups(launch, static_cast<std::size_t>(kernels_.double_lanes), kernels_.find_double);
     }
+    void run(const QuadratureLaunch<float>& launch) override {
+        run_quadrature(launch, static_cast<std::size_t>(kernels_.float_lanes),
+                       kernels_.find_quadrature_float);
+    }
+    void run(const QuadratureLaunch<double>& launch) override {
+        run_quadrature(launch, static_cast<std::size_t>(kernels_.double_lanes),
+                       kernels_.find_quadrature_double);
+    }
 
   private:
+    template <typename Scalar, typename Find>
+    void run_quadrature(const QuadratureLaunch<Scalar>& launch, std::size_t lanes, Find find) {
+        const NativeQuadrature<Scalar> function =
+            find(static_cast<int>(launch.what.masking), launch.what.fresnel ? 1 : 0);
+        pool_.parallel_for(
+            (launch.texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
+                const std::size_t end = std::min((task + 1) * kTexelsATask, launch.texel_stride);
+                for (std::size_t first = task * kTexelsATask; first < end; first += lanes)
+                    function({launch.texels.data() + first,
+                              launch.texels.data() + launch.texel_stride + first,
+                              launch.nodes.data(), launch.order, launch.texel_stride,
+                              launch.values.data() + first});
+            });
+    }
+
     template <typename Scalar, typename Find>
     void run_groups(const Launch<Scalar>& launch, std::size_t lanes, Find find) {
         const NativeFunction<Scalar> function = find(launch.what.material);

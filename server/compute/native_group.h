@@ -36,11 +36,28 @@ struct NativeGroup {
 template <typename Scalar>
 using NativeFunction = void (*)(const NativeGroup<Scalar>&);
 
+/// One lane group of a QuadratureLaunch, see quadrature_launch.h; pointers already stand at the
+/// group.
+template <typename Scalar>
+struct NativeQuadratureGroup {
+    const Scalar* NoV;
+    const Scalar* alpha;
+    const Scalar* nodes;
+    unsigned order;
+    unsigned long texel_stride;
+    Scalar* values;
+};
+
+template <typename Scalar>
+using NativeQuadrature = void (*)(const NativeQuadratureGroup<Scalar>&);
+
 /// The functions of one instruction set.
 struct NativeKernels {
     int float_lanes, double_lanes;
     NativeFunction<float> (*find_float)(const KernelMaterial&);
     NativeFunction<double> (*find_double)(const KernelMaterial&);
+    NativeQuadrature<float> (*find_quadrature_float)(int masking, int fresnel);
+    NativeQuadrature<double> (*find_quadrature_double)(int masking, int fresnel);
 };
 
 extern const NativeKernels kNativeV2, kNativeV3, kNativeV4;

@@ -10,6 +10,7 @@
 #include "server/base/error.h"
 #include "server/compute/kernel_digest.h"
 #include "server/compute/opencl_api.h"
+#include "server/compute/quadrature.h"
 
 namespace kiln {
 
@@ -37,25 +38,50 @@ PointKind trial_points(const KernelMaterial& material) {
 }
 
 /// Options come from closed sets alone: no text of a user can reach the compiler.
-std::string build_options(const Specialisation& what, std::size_t lanes, const cl::Device& device) {
+using Definitions = std::vector<std::pair<const char*, int>>;
+
+std::string build_options(const Definitions& definitions, Precision precision, std::size_t lanes,
+                          const cl::Device& device) {
     std::string options = "-cl-std=CL1.2";
     if (device.correctly_rounded) options += " -cl-fp32-correctly-rounded-divide-sqrt";
     const auto define = [&](const char* name, int value) {
         options += std::string(" -D") + name + "=" + std::to_string(value);
     };
-    define("KILN_DOUBLE", what.precision == Precision::float64 ? 1 : 0);
+    define("KILN_DOUBLE", precision == Precision::float64 ? 1 : 0);
     define("KILN_LANES", static_cast<int>(lanes));
     if (!device.cpu) define("KILN_GPU", 1);
-    const KernelMaterial& material = what.material;
-    define("KILN_DISTRIBUTION", material.distribution);
-    define("KILN_MASKING", material.masking);
-    define("KILN_IMPORTANCE", material.importance);
-    define("KILN_TERMS", material.terms);
-    define("KILN_AVERAGED", material.averaged);
-    define("KILN_FRESNEL", material.fresnel);
-    define("KILN_DIFFUSE", material.diffuse);
-    define("KILN_GENERAL", material.general);
+    for (const auto& [name, value] : definitions) define(name, value);
     return options;
+}
+
+const char* entry_of(const Specialisation&) { return "tables"; }
+Definitions definitions_of(const Specialisation& what) {
+    const KernelMaterial& material = what.material;
+    return {{"KILN_DISTRIBUTION", material.distribution}, {"KILN_MASKING", material.masking},
+            {"KILN_IMPORTANCE", material.importance},     {"KILN_TERMS", material.terms},
+            {"KILN_AVERAGED", material.averaged},         {"KILN_FRESNEL", material.fresnel},
+            {"KILN_DIFFUSE", material.diffuse},           {"KILN_GENERAL", material.general}};
+}
+
+const char* entry_of(const QuadratureKind&) { return "quadrature_table"; }
+Definitions definitions_of(const QuadratureKind& what) {
+    return {{"KILN_QUADRATURE", 1},
+            {"KILN_MASKING", static_cast<int>(what.masking)},
+            {"KILN_FRESNEL", what.fresnel ? 1 : 0}};
+}
+
+/// Texels of the trial launches: an even grid of NoV and roughness.
+template <typename Scalar>
+std::vector<Scalar> trial_texels(std::size_t side) {
+    const std::size_t stride = side * side;
+    std::vector<Scalar> texels(2 * stride);
+    const auto cells = static_cast<double>(side);
+    for (std::size_t i = 0; i < stride; ++i) {
+        texels[i] = static_cast<Scalar>((static_cast<double>(i % side) + 0.5) / cells);
+        const double roughness = (static_cast<double>(i / side) + 0.5) / cells;
+        texels[stride + i] = static_cast<Scalar>(roughness * roughness);
+    }
+    return texels;
 }
 
 }  // namespace
@@ -67,6 +93,7 @@ struct OpenClBackend::State {
     cl::Queue queue;
     mutable std::mutex mutex;  // of `programs` and of building
     std::map<Specialisation, Built> programs;
+    std::map<QuadratureKind, Built> quadratures;
     Room sums;  // of run()
 
     explicit State(Backend& native) : oracle(native) {
@@ -88,31 +115,40 @@ struct OpenClBackend::State {
         return precision == Precision::float64 ? 8 : 16;
     }
 
-    const Built& find(const Specialisation& what) const {
+    const std::map<Specialisation, Built>& built(const Specialisation&) const { return programs; }
+    const std::map<QuadratureKind, Built>& built(const QuadratureKind&) const {
+        return quadratures;
+    }
+
+    template <typename What>
+    const Built& find(const What& what) const {
         const std::lock_guard lock(mutex);
-        const auto at = programs.find(what);
-        if (at == programs.end()) throw Error("device_failed", "the OpenCL program is not built");
+        const auto at = built(what).find(what);
+        if (at == built(what).end())
+            throw Error("device_failed", "the OpenCL program is not built");
         return at->second;
     }
 
-    Built compile(const Specialisation& what) const {
+    template <typename What>
+    Built compile(const What& what) const {
         if (what.precision == Precision::float64 && !device.doubles)
             throw Error("device_unavailable", device.name + " has no double precision");
         const std::string_view text = kernel_text();
         const char* source = text.data();
         const std::size_t length = text.size();
         cl_int status = CL_SUCCESS;
-        Built built;
-        built.program =
+        Built made;
+        made.program =
             cl::Program(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
         cl::check(status, "clCreateProgramWithSource");
-        const std::string options = build_options(what, lanes(what.precision), device);
+        const std::string options =
+            build_options(definitions_of(what), what.precision, lanes(what.precision), device);
         cl::check(
-            clBuildProgram(built.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
+            clBuildProgram(made.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
             "clBuildProgram");
-        built.kernel = cl::Kernel(clCreateKernel(built.program.get(), "tables", &status));
+        made.kernel = cl::Kernel(clCreateKernel(made.program.get(), entry_of(what), &status));
         cl::check(status, "clCreateKernel");
-        return built;
+        return made;
     }
 
     cl::Buffer buffer(cl_mem_flags flags, std::size_t bytes, const void* data) const {
@@ -128,49 +164,61 @@ struct OpenClBackend::State {
         return buffer(CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, data.size_bytes(), data.data());
     }
 
+    /// Sets the arguments in turn, runs one work-item a lane group, and reads `out` back.
     template <typename Scalar>
-    void launch(const Built& built, const Launch<Scalar>& launch, Room& room) const {
-        const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
-                         parameters = copy(launch.parameters), batches = copy(launch.batches);
-        if (room.bytes < launch.sums.size_bytes())
-            room = {buffer(CL_MEM_WRITE_ONLY, launch.sums.size_bytes(), nullptr),
-                    launch.sums.size_bytes()};
-        const auto batch_count = static_cast<cl_uint>(launch.batches.size());
-        const auto stride = static_cast<cl_uint>(launch.texel_stride);
+    void enqueue(const Built& program, std::size_t work_items, std::span<Scalar> out, Room& room,
+                 std::initializer_list<std::pair<std::size_t, const void*>> arguments) const {
         cl_uint index = 0;
         const auto argument = [&](std::size_t size, const void* value) {
-            cl::check(clSetKernelArg(built.kernel.get(), index++, size, value), "clSetKernelArg");
+            cl::check(clSetKernelArg(program.kernel.get(), index++, size, value), "clSetKernelArg");
         };
-        argument(sizeof(cl_mem), texels.address());
-        argument(sizeof(cl_mem), points.address());
-        argument(sizeof(cl_mem), parameters.address());
-        argument(sizeof(cl_mem), batches.address());
-        argument(sizeof(batch_count), &batch_count);
-        argument(sizeof(stride), &stride);
+        for (const auto& [size, value] : arguments) argument(size, value);
+        if (room.bytes < out.size_bytes())
+            room = {buffer(CL_MEM_WRITE_ONLY, out.size_bytes(), nullptr), out.size_bytes()};
         argument(sizeof(cl_mem), room.buffer.address());
-        const std::size_t global = launch.texel_stride / lanes(launch.what.precision);
         const std::size_t local = 1;  // CPUs: a work-item already fills the vector unit
-        cl::check(clEnqueueNDRangeKernel(queue.get(), built.kernel.get(), 1, nullptr, &global,
+        cl::check(clEnqueueNDRangeKernel(queue.get(), program.kernel.get(), 1, nullptr, &work_items,
                                          device.cpu ? &local : nullptr, 0, nullptr, nullptr),
                   "clEnqueueNDRangeKernel");
         cl::check(clFinish(queue.get()), "clFinish");
-        cl::check(
-            clEnqueueReadBuffer(queue.get(), room.buffer.get(), CL_TRUE, 0,
-                                launch.sums.size_bytes(), launch.sums.data(), 0, nullptr, nullptr),
-            "clEnqueueReadBuffer");
+        cl::check(clEnqueueReadBuffer(queue.get(), room.buffer.get(), CL_TRUE, 0, out.size_bytes(),
+                                      out.data(), 0, nullptr, nullptr),
+                  "clEnqueueReadBuffer");
+    }
+
+    template <typename Scalar>
+    void launch(const Built& program, const Launch<Scalar>& launch, Room& room) const {
+        const cl::Buffer texels = copy(launch.texels), points = copy(launch.points),
+                         parameters = copy(launch.parameters), batches = copy(launch.batches);
+        const auto batch_count = static_cast<cl_uint>(launch.batches.size());
+        const auto stride = static_cast<cl_uint>(launch.texel_stride);
+        enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.sums, room,
+                {{sizeof(cl_mem), texels.address()},
+                 {sizeof(cl_mem), points.address()},
+                 {sizeof(cl_mem), parameters.address()},
+                 {sizeof(cl_mem), batches.address()},
+                 {sizeof(batch_count), &batch_count},
+                 {sizeof(stride), &stride}});
+    }
+
+    template <typename Scalar>
+    void launch(const Built& program, const QuadratureLaunch<Scalar>& launch, Room& room) const {
+        const cl::Buffer texels = copy(launch.texels), nodes = copy(launch.nodes);
+        const cl_uint order = launch.order;
+        const auto stride = static_cast<cl_uint>(launch.texel_stride);
+        enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.values, room,
+                {{sizeof(cl_mem), texels.address()},
+                 {sizeof(cl_mem), nodes.address()},
+                 {sizeof(order), &order},
+                 {sizeof(stride), &stride}});
     }
 
     /// A launch small enough to be free and wide enough to show a contraction or a rounding of its
     /// own: a device whose sums equal the oracle's bits belongs to its numerics class.
     template <typename Scalar>
-    bool equals_oracle(const Built& built, const Specialisation& what) const {
+    bool equals_oracle(const Built& program, const Specialisation& what) const {
         constexpr std::size_t kStride = 64, kPoints = 64;
-        std::vector<Scalar> texels(2 * kStride);
-        for (std::size_t i = 0; i < kStride; ++i) {
-            texels[i] = static_cast<Scalar>((static_cast<double>(i % 8) + 0.5) / 8);
-            const double roughness = (static_cast<double>(i / 8) + 0.5) / 8;
-            texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
-        }
+        const std::vector<Scalar> texels = trial_texels<Scalar>(8);
         std::vector<Scalar> parameters(kParameterCount);  // legal for every model
         for (std::size_t p = 0; p < kParameterCount; ++p)
             parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
@@ -182,10 +230,33 @@ struct OpenClBackend::State {
         std::vector<Scalar> mine(set.batches.size() * planes * kStride), wanted(mine.size());
         Room room;
         Launch<Scalar> trial{what, kStride, texels, points, parameters, set.batches, mine};
-        launch(built, trial, room);
+        launch(program, trial, room);
         trial.sums = wanted;
         oracle.run(trial);
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
+    }
+
+    template <typename Scalar>
+    bool equals_oracle(const Built& program, const QuadratureKind& what) const {
+        constexpr std::size_t kStride = 64;
+        constexpr unsigned kOrder = kQuadratureOrders[0];
+        const std::vector<Scalar> texels = trial_texels<Scalar>(8);
+        const std::vector<double> rule = quadrature_nodes(kOrder);
+        const std::vector<Scalar> nodes(rule.begin(), rule.end());
+        std::vector<Scalar> mine(quadrature_planes(what) * kStride), wanted(mine.size());
+        Room room;
+        launch(program, QuadratureLaunch<Scalar>{what, kStride, texels, nodes, kOrder, mine}, room);
+        oracle.run(QuadratureLaunch<Scalar>{what, kStride, texels, nodes, kOrder, wanted});
+        return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
+    }
+
+    template <typename What>
+    Built build(const What& what) const {
+        Built made = compile(what);
+        const bool strict = what.precision == Precision::float64 ? equals_oracle<double>(made, what)
+                                                                 : equals_oracle<float>(made, what);
+        made.numerics = strict ? kStrictNumerics : "opencl/" + device.name + "/" + device.driver;
+        return made;
     }
 };
 
@@ -194,19 +265,26 @@ OpenClBackend::~OpenClBackend() = default;
 
 void OpenClBackend::build(const Specialisation& what) {
     if (built(what)) return;
-    Built made = state_->compile(what);
-    const bool strict = what.precision == Precision::float64
-                            ? state_->equals_oracle<double>(made, what)
-                            : state_->equals_oracle<float>(made, what);
-    made.numerics =
-        strict ? kStrictNumerics : "opencl/" + state_->device.name + "/" + state_->device.driver;
+    Built made = state_->build(what);
     const std::lock_guard lock(state_->mutex);
     state_->programs.emplace(what, std::move(made));
+}
+
+void OpenClBackend::build(const QuadratureKind& what) {
+    if (built(what)) return;
+    Built made = state_->build(what);
+    const std::lock_guard lock(state_->mutex);
+    state_->quadratures.emplace(what, std::move(made));
 }
 
 bool OpenClBackend::built(const Specialisation& what) const {
     const std::lock_guard lock(state_->mutex);
     return state_->programs.contains(what);
+}
+
+bool OpenClBackend::built(const QuadratureKind& what) const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->quadratures.contains(what);
 }
 
 // A GPU needs more work-items than a CPU has lanes, and is faster by more than that.
@@ -220,9 +298,18 @@ void OpenClBackend::run(const Launch<float>& launch) {
 void OpenClBackend::run(const Launch<double>& launch) {
     state_->launch(state_->find(launch.what), launch, state_->sums);
 }
+void OpenClBackend::run(const QuadratureLaunch<float>& launch) {
+    state_->launch(state_->find(launch.what), launch, state_->sums);
+}
+void OpenClBackend::run(const QuadratureLaunch<double>& launch) {
+    state_->launch(state_->find(launch.what), launch, state_->sums);
+}
 
 std::string OpenClBackend::name() const { return state_->device.name; }
 std::string OpenClBackend::numerics(const Specialisation& what) const {
+    return state_->find(what).numerics;
+}
+std::string OpenClBackend::numerics(const QuadratureKind& what) const {
     return state_->find(what).numerics;
 }
 

@@ -25,14 +25,20 @@ class OpenClBackend : public Backend {
     /// beside run().
     void build(const Specialisation& what);
     bool built(const Specialisation& what) const;
+    /// The same for quadrature.
+    void build(const QuadratureKind& what);
+    bool built(const QuadratureKind& what) const;
 
     std::size_t block_places() const override;
     void run(const Launch<float>& launch) override;
     void run(const Launch<double>& launch) override;
+    void run(const QuadratureLaunch<float>& launch) override;
+    void run(const QuadratureLaunch<double>& launch) override;
 
     std::string name() const;
     /// kStrictNumerics, or a class of the device's own where the trial launch differed in a bit.
     std::string numerics(const Specialisation& what) const;
+    std::string numerics(const QuadratureKind& what) const;
 
   private:
     struct State;

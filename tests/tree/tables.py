@@ -75,6 +75,8 @@ HEAVY_HEADERS = {
 # A kernel header NAME.h is tested by tests/kernels/test_NAME.cpp or by the files here.
 KERNEL_TESTS = {
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
+    "quadrature.h": ["tests/compute/test_quadrature.cpp"],
+    "ray.h": ["tests/compute/test_quadrature.cpp"],
 }
 
 PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt"]

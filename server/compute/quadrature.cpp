@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/quadrature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include "server/base/error.h"
+
+namespace kiln {
+
+namespace {
+
+/// Value and derivative of the Legendre polynomial of the given degree, |x| < 1.
+std::pair<double, double> legendre(unsigned degree, double x) {
+    double before = 1, value = x;
+    for (unsigned k = 2; k <= degree; ++k) {
+        const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
+        before = value;
+        value = next;
+    }
+    return {value, degree * (before - x * value) / ((1 - x) * (1 + x))};
+}
+
+/// Appends the rule of `count` nodes on [0, 1].
+void append_rule(unsigned count, std::vector<double>& out) {
+    const std::size_t first = out.size();
+    out.resize(first + 2 * count);
+    for (unsigned i = 0; i < (count + 1) / 2; ++i) {
+        // Tricomi's first guess, exact for the middle node; Newton's method doubles its digits.
+        double x = 2 * i + 1 == count ? 0 : cos_turn((i + 0.75) / (2 * count + 1));
+        for (int step = 0; step < 5; ++step) {
+            const auto [value, slope] = legendre(count, x);
+            x -= value / slope;
+        }
+        const double slope = legendre(count, x).second;
+        const double weight = 1 / ((1 - x) * (1 + x) * slope * slope);
+        out[first + 2 * i] = 0.5 * (1 - x);
+        out[first + 2 * (count - 1 - i)] = 0.5 * (1 + x);
+        out[first + 2 * i + 1] = out[first + 2 * (count - 1 - i) + 1] = weight;
+    }
+}
+
+/// The texels that are still worked on, packed into one launch after another.
+template <typename Scalar>
+class Raising {
+  public:
+    Raising(Backend& backend, const QuadratureKind& kind, std::span<const double> NoV,
+            std::span<const double> alpha, const QuadratureTolerance& tolerance)
+        : backend_(backend), kind_(kind), NoV_(NoV), alpha_(alpha), tolerance_(tolerance) {
+        if constexpr (sizeof(Scalar) == sizeof(float)) {
+            tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
+            if (tolerance_.deficit_relative > 0)
+                tolerance_.deficit_relative =
+                    std::max(tolerance_.deficit_relative, kQuadratureFloatRounding / 2);
+        }
+        const float unknown = std::numeric_limits<float>::infinity();
+        result_.E.resize(NoV.size());
+        result_.deficit.resize(NoV.size());
+        result_.error.assign(NoV.size(), unknown);
+        result_.deficit_error.assign(NoV.size(), unknown);
+        if (kind.fresnel) result_.B.resize(NoV.size());
+    }
+
+    QuadratureResult run() {
+        std::vector<std::size_t> texels(NoV_.size());
+        std::iota(texels.begin(), texels.end(), std::size_t{0});
+        const bool tight =
+            tolerance_.absolute < kQuadratureTight ||
+            (tolerance_.deficit_relative > 0 && tolerance_.deficit_relative < kQuadratureTight);
+        const std::size_t start = tight ? kQuadratureTightStart : 0;
+        for (std::size_t step = start; step < std::size(kQuadratureOrders) && !texels.empty();
+             ++step) {
+            order_ = kQuadratureOrders[step];
+            const std::vector<double> nodes = quadrature_nodes(order_);
+            nodes_.assign(nodes.begin(), nodes.end());
+            std::vector<std::size_t> left;
+            for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
+                const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
+                block(std::span(texels).subspan(first, count), step > start, left);
+            }
+            result_.evaluations += texels.size() * quadrature_evaluations(order_, kind_.fresnel);
+            result_.order_max = order_;
+            texels = std::move(left);
+        }
+        result_.unsettled = texels.size();
+        return std::move(result_);
+    }
+
+  private:
+    /// One launch; texels that do not agree with their last order go to `left`.
+    void block(std::span<const std::size_t> places, bool compare, std::vector<std::size_t>& left) {
+        const std::size_t stride = (places.size() + kLanesMax - 1) / kLanesMax * kLanesMax;
+        texels_.resize(2 * stride);
+        values_.resize(quadrature_planes(kind_) * stride);
+        for (std::size_t i = 0; i < stride; ++i) {
+            const std::size_t place = places[std::min(i, places.size() - 1)];
+            texels_[i] = static_cast<Scalar>(NoV_[place]);
+            texels_[stride + i] = static_cast<Scalar>(alpha_[place]);
+        }
+        backend_.run(QuadratureLaunch<Scalar>{kind_, stride, texels_, nodes_, order_, values_});
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const double E = values_[i], deficit = values_[stride + i];
+            const double B = kind_.fresnel ? values_[2 * stride + i] : Scalar(0);
+            if (!std::isfinite(E) || !std::isfinite(B) || !std::isfinite(deficit))
+                throw Error("non_finite", "the quadrature gave a value that is not finite");
+            const std::size_t place = places[i];
+            if (compare) note_error(place, E, B, deficit);
+            result_.E[place] = E;
+            result_.deficit[place] = deficit;
+            if (kind_.fresnel) result_.B[place] = B;
+            if (!agrees(place)) left.push_back(place);
+        }
+    }
+
+    void note_error(std::size_t place, double E, double B, double deficit) {
+        double difference = std::abs(E - result_.E[place]);
+        if (kind_.fresnel) difference = std::max(difference, std::abs(B - result_.B[place]));
+        result_.error[place] = static_cast<float>(difference);
+        const double change = std::abs(deficit - result_.deficit[place]);
+        result_.deficit_error[place] =
+            static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
+    }
+
+    bool agrees(std::size_t place) const {
+        return result_.error[place] <= tolerance_.absolute &&
+               (tolerance_.deficit_relative <= 0 ||
+                result_.deficit_error[place] <= tolerance_.deficit_relative);
+    }
+
+    Backend& backend_;
+    QuadratureKind kind_;
+    std::span<const double> NoV_, alpha_;
+    QuadratureTolerance tolerance_;
+    QuadratureResult result_;
+    unsigned order_ = 0;
+    std::vector<Scalar> nodes_, texels_, values_;
+};
+
+}  // namespace
+
+std::vector<double> quadrature_nodes(unsigned order) {
+    std::vector<double> nodes;
+    append_rule(order, nodes);
+    append_rule(order / 2, nodes);
+    return nodes;
+}
+
+QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,
+                                      std::span<const double> NoV, std::span<const double> alpha,
+                                      const QuadratureTolerance& tolerance) {
+    if (kind.precision == Precision::float64)
+        return Raising<double>(backend, kind, NoV, alpha, tolerance).run();
+    return Raising<float>(backend, kind, NoV, alpha, tolerance).run();
+}
+
+}  // namespace kiln

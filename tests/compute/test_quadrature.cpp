@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// The quadrature beside the one of tests/reference, which shares no variable and no line with it.
+#include "server/compute/quadrature.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "server/compute/native.h"
+#include "server/compute/opencl.h"
+#include "tests/reference/reference.h"
+
+namespace kiln {
+namespace {
+
+constexpr Masking kMaskings[] = {Masking::smith_correlated, Masking::smith_separable};
+
+reference::Masking in_reference(Masking masking) {
+    return masking == Masking::smith_correlated ? reference::Masking::correlated
+                                                : reference::Masking::separable;
+}
+
+struct Place {
+    double NoV, alpha;
+};
+
+/// 8 NoV x 9 alpha from 1e-4 to 1.
+std::vector<Place> grid() {
+    std::vector<Place> places;
+    for (const double NoV : {1e-4, 1e-3, 0.01, 0.1, 0.3, 0.5, 0.8, 1.0})
+        for (const double alpha : {1e-4, 1e-3, 0.01, 0.03, 0.1, 0.25, 0.5, 0.8, 1.0})
+            places.push_back({NoV, alpha});
+    return places;
+}
+
+/// Off the grid: logarithmic in both, and every third close to the normal.
+std::vector<Place> random_places(std::size_t count) {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> exponent(-4, 0);
+    std::vector<Place> places(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double x = std::pow(10, exponent(random));
+        places[i] = {i % 3 == 0 ? std::max(1e-4, 1 - x) : x, std::pow(10, exponent(random))};
+    }
+    return places;
+}
+
+void expect_exact(const Place& at, Masking masking) {
+    SCOPED_TRACE(testing::Message()
+                 << at.NoV << " " << at.alpha << " " << static_cast<int>(masking));
+    const QuadratureValue value = quadrature_albedo(at.NoV, at.alpha, masking);
+    const reference::Masking truth = in_reference(masking);
+    const double E = reference::directional_albedo(at.NoV, at.alpha, truth);
+    const double B = reference::split_sum(at.NoV, at.alpha, truth).bias;
+    // The promise; and the stated error, doubled since two orders may agree by chance, beside the
+    // reference's own 1e-12.
+    EXPECT_NEAR(value.E, E, 1e-9);
+    EXPECT_NEAR(value.B, B, 1e-9);
+    EXPECT_NEAR(value.E, E, 2 * value.error + 2e-12);
+    EXPECT_NEAR(value.B, B, 2 * value.error + 2e-12);
+    const double deficit = reference::deficit(at.NoV, at.alpha, truth);
+    EXPECT_NEAR(value.deficit / deficit, 1, 1e-6);
+    EXPECT_DOUBLE_EQ(value.E + value.deficit, 1);
+    EXPECT_NEAR(quadrature_directional_albedo(at.NoV, at.alpha, masking), E, 1e-9);
+    EXPECT_NEAR(quadrature_deficit(at.NoV, at.alpha, masking) / deficit, 1, 1e-6);
+}
+
+TEST(Quadrature, HoldsItsPromiseOnTheGrid) {
+    for (const Masking masking : kMaskings)
+        for (const Place& at : grid()) expect_exact(at, masking);
+}
+
+TEST(Quadrature, HoldsItsPromiseOffTheGrid) {
+    for (const Masking masking : kMaskings)
+        for (const Place& at : random_places(200)) expect_exact(at, masking);
+}
+
+TEST(Quadrature, MeetsPublishedValues) {
+    const Masking correlated = Masking::smith_correlated, separable = Masking::smith_separable;
+    EXPECT_NEAR(quadrature_directional_albedo(0.01, 0.01, correlated), 0.891987352354539, 1e-12);
+    EXPECT_NEAR(quadrature_directional_albedo(0.1, 0.25, correlated), 0.8916223518094879, 1e-12);
+    EXPECT_NEAR(quadrature_directional_albedo(0.01, 0.1, separable), 0.9196002966549326, 1e-12);
+    // alpha = 1 in closed form: 1 - NoV ln(1 + 1/NoV), and 2 (1 - ln 2) / (1 + NoV)
+    for (const double NoV : {0.01, 0.3, 1.0}) {
+        EXPECT_NEAR(quadrature_directional_albedo(NoV, 1, correlated),
+                    1 - NoV * std::log1p(1 / NoV), 1e-12);
+        EXPECT_NEAR(quadrature_directional_albedo(NoV, 1, separable),
+                    2 * (1 - std::log(2)) / (1 + NoV), 1e-12);
+    }
+    EXPECT_NEAR(quadrature_albedo(0.1, 0.25, correlated).B, 0.13969245101640185, 1e-10);
+    EXPECT_NEAR(quadrature_albedo(0.5, 0.1, correlated).B, 0.03213905559677277, 1e-10);
+    EXPECT_NEAR(quadrature_albedo(1, 0.25, correlated).B, 2.7370926425609045e-05, 1e-10);
+}
+
+TEST(Quadrature, HasTheLimits) {
+    for (const Masking masking : kMaskings)
+        for (const double NoV : {0.0, 1e-4, 0.3, 1.0}) {
+            const QuadratureValue mirror = quadrature_albedo(NoV, 0, masking);
+            EXPECT_EQ(mirror.E, 1);
+            EXPECT_EQ(mirror.deficit, 0);
+            EXPECT_DOUBLE_EQ(mirror.B, std::pow(1 - NoV, 5));
+        }
+    for (const double alpha : {1e-4, 0.01, 0.25, 1.0}) {
+        EXPECT_EQ(quadrature_albedo(0, alpha, Masking::smith_correlated).E, 1);
+        EXPECT_NEAR(quadrature_albedo(0, alpha, Masking::smith_separable).E,
+                    reference::directional_albedo(0, alpha, reference::Masking::separable), 1e-9);
+    }
+}
+
+TEST(Quadrature, StaysInRangeAtExtremes) {
+    const double ends[] = {0, 1e-300, 1e-30, 1e-12, 1e-8, 1e-6, 1e-3, 0.5, 1 - 1e-16, 1};
+    for (const Masking masking : kMaskings)
+        for (const double NoV : ends)
+            for (const double alpha : ends) {
+                const QuadratureValue value = quadrature_albedo(NoV, alpha, masking);
+                EXPECT_TRUE(value.E >= 0.3 && value.E <= 1) << NoV << " " << alpha;
+                EXPECT_TRUE(value.deficit >= 0 && value.deficit <= 0.7) << NoV << " " << alpha;
+                EXPECT_TRUE(value.B >= 0 && value.B <= value.E) << NoV << " " << alpha;
+            }
+}
+
+TEST(Quadrature, AveragesAreThoseOfTheReference) {
+    for (const Masking masking : kMaskings)
+        for (const double alpha : {1e-4, 0.01, 0.1, 0.25, 1.0}) {
+            const double deficit = reference::average_deficit(alpha, in_reference(masking));
+            EXPECT_NEAR(quadrature_average_deficit(alpha, masking) / deficit, 1, 1e-6) << alpha;
+            EXPECT_NEAR(quadrature_average_albedo(alpha, masking),
+                        reference::average_albedo(alpha, in_reference(masking)), 1e-9);
+        }
+    EXPECT_NEAR(quadrature_average_albedo(1, Masking::smith_correlated), 4 * (1 - std::log(2)) / 3,
+                1e-10);
+    EXPECT_EQ(quadrature_average_albedo(0, Masking::smith_separable), 1);
+}
+
+TEST(Quadrature, NodesAreGaussLegendres) {
+    for (const unsigned order : kQuadratureOrders) {
+        const std::vector<double> nodes = quadrature_nodes(order);
+        ASSERT_EQ(nodes.size(), 2 * (order + order / 2));
+        // The rule of n nodes is exact up to degree 2n - 1, and not beyond.
+        for (const unsigned degree : {0u, 1u, 7u, 13u}) {
+            double sum = 0;
+            for (std::size_t i = order; i < order + order / 2; ++i)
+                sum += nodes[2 * i + 1] * std::pow(nodes[2 * i], degree);
+            EXPECT_NEAR(sum, 1.0 / (degree + 1), 1e-15) << order;
+        }
+    }
+}
+
+/// A request over both lists of places and the ends of both parameters, as float holds them.
+struct Request {
+    std::vector<double> NoV, alpha;
+    Request() {
+        std::vector<Place> places = random_places(200);
+        for (const Place& at : grid()) places.push_back(at);
+        for (const double end : {0.0, 1e-6, 1.0})
+            for (const double other : {0.0, 1e-6, 0.3, 1.0}) places.push_back({end, other});
+        for (const Place& at : places) {
+            NoV.push_back(static_cast<float>(at.NoV));
+            alpha.push_back(static_cast<float>(at.alpha));
+        }
+    }
+};
+
+TEST(QuadratureOnNative, FloatIsWithin1e6OfDouble) {
+    ThreadPool pool(2);
+    const auto backend = make_native_backend(pool, usable_instruction_sets().front());
+    const Request request;
+    for (const Masking masking : kMaskings) {
+        const auto narrow = integrate_quadrature(*backend, {masking, true, Precision::float32},
+                                                 request.NoV, request.alpha, {1e-6, 0});
+        EXPECT_TRUE(narrow.converged());
+        for (std::size_t i = 0; i < request.NoV.size(); ++i) {
+            SCOPED_TRACE(testing::Message() << request.NoV[i] << " " << request.alpha[i]);
+            const auto wide = quadrature_albedo(request.NoV[i], request.alpha[i], masking);
+            EXPECT_NEAR(narrow.E[i], wide.E, 1e-6);
+            EXPECT_NEAR(narrow.B[i], wide.B, 1e-6);
+            EXPECT_NEAR(narrow.deficit[i], wide.deficit, 1e-6);
+        }
+    }
+}
+
+TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
+    ThreadPool pool(2);
+    const auto backend = make_native_backend(pool, usable_instruction_sets().front());
+    const Request request;
+    const QuadratureKind kind{Masking::smith_separable, true, Precision::float64};
+    const auto result =
+        integrate_quadrature(*backend, kind, request.NoV, request.alpha, {1e-10, 1e-7});
+    EXPECT_TRUE(result.converged());
+    for (std::size_t i = 0; i < request.NoV.size(); ++i) {
+        const auto wide = quadrature_albedo(request.NoV[i], request.alpha[i], kind.masking);
+        EXPECT_NEAR(result.E[i], wide.E, 1e-9);
+        EXPECT_NEAR(result.B[i], wide.B, 1e-9);
+    }
+    // Were all texels taken to the highest order that one of them needs, it would cost more.
+    std::uint64_t all = 0;
+    for (const unsigned order : kQuadratureOrders)
+        if (order <= result.order_max) all += quadrature_evaluations(order, true);
+    EXPECT_LT(result.evaluations, all * request.NoV.size() / 2);
+    const auto hopeless =
+        integrate_quadrature(*backend, kind, request.NoV, request.alpha, {1e-30, 0});
+    EXPECT_FALSE(hopeless.converged());
+    EXPECT_EQ(hopeless.order_max, 112u);
+}
+
+template <typename Scalar>
+std::vector<Scalar> values(Backend& backend, const QuadratureKind& kind) {
+    const Request request;
+    constexpr unsigned kOrder = 20;
+    const std::size_t stride = (request.NoV.size() + kLanesMax - 1) / kLanesMax * kLanesMax;
+    std::vector<Scalar> texels(2 * stride, Scalar(0.5));
+    for (std::size_t i = 0; i < request.NoV.size(); ++i) {
+        texels[i] = static_cast<Scalar>(request.NoV[i]);
+        texels[stride + i] = static_cast<Scalar>(request.alpha[i]);
+    }
+    const std::vector<double> rule = quadrature_nodes(kOrder);
+    const std::vector<Scalar> nodes(rule.begin(), rule.end());
+    std::vector<Scalar> out(quadrature_planes(kind) * stride);
+    backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, nodes, kOrder, out});
+    return out;
+}
+
+template <typename Scalar>
+void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
+    const auto mine = values<Scalar>(a, kind), other = values<Scalar>(b, kind);
+    EXPECT_EQ(std::memcmp(mine.data(), other.data(), mine.size() * sizeof(Scalar)), 0)
+        << static_cast<int>(kind.masking) << kind.fresnel;
+}
+
+void expect_same_bits(Backend& a, Backend& b) {
+    for (const Masking masking : kMaskings)
+        for (const bool fresnel : {false, true}) {
+            expect_same_bits<float>(a, b, {masking, fresnel, Precision::float32});
+            expect_same_bits<double>(a, b, {masking, fresnel, Precision::float64});
+        }
+}
+
+TEST(QuadratureOnNative, EveryInstructionSetAndThreadCountGivesTheSameBits) {
+    ThreadPool one(1), three(3);
+    const auto sets = usable_instruction_sets();
+    const auto first = make_native_backend(one, sets.front());
+    for (const InstructionSet set : sets)
+        expect_same_bits(*first, *make_native_backend(three, set));
+}
+
+TEST(QuadratureOnOpenCl, GivesTheBitsOfNative) {
+    ThreadPool pool(1);
+    const auto native = make_native_backend(pool, usable_instruction_sets().front());
+    std::unique_ptr<OpenClBackend> device;
+    try {
+        device = std::make_unique<OpenClBackend>(*native);
+    } catch (const std::exception& error) {
+        GTEST_SKIP() << "no OpenCL device on this machine: " << error.what();
+    }
+    for (const Masking masking : kMaskings)
+        for (const bool fresnel : {false, true})
+            for (const Precision precision : {Precision::float32, Precision::float64}) {
+                const QuadratureKind kind{masking, fresnel, precision};
+                EXPECT_FALSE(device->built(kind));
+                device->build(kind);
+                if (device->numerics(kind) != kStrictNumerics)
+                    GTEST_SKIP() << "the device rounds in its own way";
+            }
+    expect_same_bits(*native, *device);
+}
+
+}  // namespace
+}  // namespace kiln
