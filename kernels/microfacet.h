@@ -38,16 +38,20 @@ KILN_FUNCTION real beckmann_D(real alpha, real NoH, real sin2_H) {
 
 // Estevez, Kulla 2017, eq. 2: (2 + 1/α) sin^(1/α) / 2π.
 KILN_FUNCTION real charlie_D(real alpha, real sin2_H) {
-    const real none = lanes(K(0.0));
-    const real inverse = K(1.0) / lane_select(alpha > none, alpha, lanes(K(1.0)));
-    const real D = (K(2.0) + inverse) * lane_pow(sin2_H, K(0.5) * inverse) / (K(2.0) * KILN_PI);
-    return lane_select(alpha > none, D, none);
+    const real inverse = K(1.0) / alpha;
+    return (K(2.0) + inverse) * lane_pow(sin2_H, K(0.5) * inverse) / (K(2.0) * KILN_PI);
 }
 
+// At α = 0 it is no function: infinite, so that sampling it fails instead of missing it in silence.
 KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
-    if (distribution == KILN_BECKMANN) return beckmann_D(alpha, NoH, sin2_H);
-    if (distribution == KILN_CHARLIE) return charlie_D(alpha, sin2_H);
-    return ggx_D(alpha, NoH, sin2_H);
+    real D;
+    if (distribution == KILN_BECKMANN)
+        D = beckmann_D(alpha, NoH, sin2_H);
+    else if (distribution == KILN_CHARLIE)
+        D = charlie_D(alpha, sin2_H);
+    else
+        D = ggx_D(alpha, NoH, sin2_H);
+    return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
 }
 
 // NoX (1 + Λ(NoX)), regular at NoX = 0. GGX: Heitz 2014, eq. 72; Beckmann: eq. 68, with a = NoX /

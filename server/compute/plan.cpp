@@ -57,7 +57,10 @@ class Planner {
             }
         }
         std::stable_sort(plan_.passes.begin(), plan_.passes.end(),
-                         [](const Pass& a, const Pass& b) { return a.slices[0] < b.slices[0]; });
+                         [](const Pass& a, const Pass& b) {
+                             return std::pair(a.slices[0], a.what.material.averaged) <
+                                    std::pair(b.slices[0], b.what.material.averaged);
+                         });
         for (Pass& pass : plan_.passes) settle(pass);
         say_what_is_left_out();
         return std::move(plan_);

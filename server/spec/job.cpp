@@ -121,10 +121,10 @@ class Reader {
                 problems_.add(place + "/range",
                               "must rise: its first entry has to be less than its second");
             if (!is_ior && axis.hi > 1)
-                problems_.add(place + "/range", "ends above 1; allowed: 0…1 for " +
-                                                    std::string(to_word(axis.parameter)));
+                problems_.add(place + "/range/1", "is above 1; allowed: 0…1 for " +
+                                                      std::string(to_word(axis.parameter)));
             if (is_ior && axis.lo < 0.0001)
-                problems_.add(place + "/range", "starts below 0.0001, the least ior");
+                problems_.add(place + "/range/0", "is below 0.0001, the least ior");
             if (i < 2 && (is_ior || axis.parameter == Parameter::f0))
                 problems_.add(place + "/parameter",
                               in_quotes(to_word(axis.parameter)) + " lies along z alone");

@@ -229,7 +229,8 @@ Json fresnel_json(const FresnelModel& fresnel) {
         const std::vector<double>& numbers = fresnel.*field.numbers;
         if (reads(field, fresnel.model) && !numbers.empty()) out[field.name] = to_json(numbers);
     }
-    if (fresnel.model == Fresnel::schlick) out["exponent"] = fresnel.exponent;
+    if (fresnel.model == Fresnel::schlick && fresnel.exponent != FresnelModel{}.exponent)
+        out["exponent"] = fresnel.exponent;
     if (fresnel.model == Fresnel::conductor && fresnel.metal)
         out["metal"] = to_word(*fresnel.metal);
     return out;
@@ -257,11 +258,15 @@ void write_models(const JobSpec& job, Json& document) {
     });
     if (!any_reads(job, reads_fresnel)) {
         document["fresnel"] = {{"model", "schlick"}};
-        if (split && job.fresnel.model == Fresnel::schlick)
+        if (split && job.fresnel.model == Fresnel::schlick &&
+            job.fresnel.exponent != FresnelModel{}.exponent)
             document["fresnel"]["exponent"] = job.fresnel.exponent;
     }
     if (!any_reads(job, reads_diffuse)) document["diffuse"] = {{"model", "lambert"}};
     if (!any_reads(job, reads_multiscatter)) document["multiscatter"] = "none";
+    if (std::find(job.quantities.begin(), job.quantities.end(), Quantity::total_albedo) ==
+        job.quantities.end())
+        document["coupling"] = "none";
 }
 
 }  // namespace kiln

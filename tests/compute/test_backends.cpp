@@ -54,7 +54,13 @@ void expect_equal_bits(const Specialisation& what) {
                 << what.material.terms;
         }
     }
-    for (const Scalar sum : first) EXPECT_TRUE(std::isfinite(sum));
+    // Where D itself is evaluated, it is infinite at roughness 0; Charlie's masking is at NoV = 0.
+    const bool evaluates_D = what.material.general != 0 && what.material.importance >= 2;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        const std::size_t texel = i % kStride;
+        if (evaluates_D && (texel < 8 || texel % 8 == 0)) continue;
+        EXPECT_TRUE(std::isfinite(first[i])) << "texel " << texel;
+    }
 }
 
 TEST(Native, EveryInstructionSetAndThreadCountGivesTheSameBits) {

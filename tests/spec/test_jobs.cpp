@@ -7,6 +7,7 @@
 #include <set>
 
 #include "server/base/sha256.h"
+#include "server/spec/channels.h"
 #include "server/spec/limits.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -197,6 +198,32 @@ Axis any_axis(std::mt19937_64& random, Parameter parameter) {
     return axis;
 }
 
+/// Any lobe that makes sense, and numbers for the models that the job reads.
+void any_models(std::mt19937_64& random, JobSpec& job) {
+    job.distribution = any<Distribution>(random);
+    const bool charlie = job.distribution == Distribution::charlie;
+    const bool ggx = job.distribution == Distribution::ggx;
+    const auto from = [&](int first, int count) {
+        return first + static_cast<int>(random() % static_cast<unsigned>(count));
+    };
+    job.masking = static_cast<Masking>(charlie ? from(5, 2) : from(0, ggx ? 5 : 2));
+    job.importance = static_cast<Importance>(ggx ? from(0, 4) : charlie ? from(2, 2) : from(1, 3));
+    if (job.masking == Masking::charlie) job.terminator_softening = random() % 2 == 0;
+    const auto read = [&](bool (*reads)(Quantity)) {
+        return std::any_of(job.quantities.begin(), job.quantities.end(), reads);
+    };
+    if (read(reads_fresnel)) {
+        job.fresnel.model = static_cast<Fresnel>(from(0, 5));
+        if (job.fresnel.model == Fresnel::schlick) job.fresnel.exponent = 1 + from(0, 9) / 8.0;
+        if (job.fresnel.model == Fresnel::schlick) job.fresnel.f0 = {from(0, 100) / 128.0};
+        if (job.fresnel.model == Fresnel::conductor) job.fresnel.metal = any<Metal>(random);
+    }
+    if (read(reads_diffuse)) {
+        job.diffuse.model = static_cast<DiffuseModel>(from(1, 9));
+        job.diffuse.albedo = {from(0, 100) / 128.0};
+    }
+}
+
 /// Any valid job; those of one axis and of custom layouts come up often.
 JobSpec any_job(std::mt19937_64& random) {
     JobSpec job;
@@ -206,7 +233,8 @@ JobSpec any_job(std::mt19937_64& random) {
         all.push_back(static_cast<Quantity>(i));
     std::shuffle(all.begin(), all.end(), random);
     job.format = any<ImageFormat>(random);
-    const std::size_t most = job.format == ImageFormat::png ? 4 : all.size();
+    // A metal makes three channels of a quantity.
+    const std::size_t most = job.format == ImageFormat::png ? 1 : all.size();
     all.resize(1 + random() % most);
     job.quantities = flat ? std::vector{Quantity::average_albedo} : all;
     const auto size = [&] { return static_cast<std::int64_t>(1 + random() % 4096); };
@@ -223,9 +251,7 @@ JobSpec any_job(std::mt19937_64& random) {
     }
     job.sample_count = static_cast<std::int64_t>(1 + random() % 1192);  // within the work of 4096²
     job.sampler = any<Sampler>(random);
-    job.importance = any<Importance>(random);
-    job.distribution = any<Distribution>(random);
-    job.masking = any<Masking>(random);
+    any_models(random, job);
     job.precision = any<Precision>(random);
     job.device = any<DeviceChoice>(random);
     job.seed = random() >> (11 + random() % 53);  // of any length up to 53 bits
