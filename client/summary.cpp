@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/terminal.h"
+#include "server/spec/channels.h"
 #include "server/spec/words.h"
 
 namespace kiln::client {
@@ -27,9 +28,9 @@ constexpr Column kColumns[] = {
 /// One row a quantity in the job's order; a column that no quantity has a figure for is left out.
 std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
     std::vector<const ChannelError*> channels;
-    for (const Quantity quantity : job.quantities)
+    for (const Channel& expected : channels_of(job))
         for (const ChannelError& channel : report.error)
-            if (channel.quantity == to_word(quantity)) channels.push_back(&channel);
+            if (channel.quantity == expected.name) channels.push_back(&channel);
     std::vector<std::vector<std::string>> rows(channels.size() + 1, {""});
     for (std::size_t i = 0; i < channels.size(); ++i) rows[i + 1][0] = channels[i]->quantity;
     for (const Column& column : kColumns) {

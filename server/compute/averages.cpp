@@ -3,17 +3,32 @@
 
 #include <algorithm>
 
+#include "server/base/error.h"
 #include "server/compute/integrate.h"
+#include "server/compute/quadrature.h"
 
 namespace kiln {
 
 namespace {
 /// One value serves a whole line of texels, so it may cost more than one of them.
 constexpr std::int64_t kAverageSamplesMin = 65536;
+
+Averages exact_averages(const JobSpec& job, const Control& control) {
+    const Places places = Places::averaged(job);
+    Averages averages;
+    for (std::size_t i = 0; i < places.count(); ++i) {
+        averages.deficit.push_back(quadrature_average_deficit(places.alpha(i), job.masking));
+        if (control.cancelled()) throw Cancelled();
+    }
+    averages.standard_error.assign(places.count(), 0);
+    return averages;
+}
 }  // namespace
 
 Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
                           const Control& control) {
+    if (job.distribution == Distribution::ggx && job.masking <= Masking::smith_separable)
+        return exact_averages(job, control);
     const std::size_t rough = roughness_axis(job);
     JobSpec line = job;
     line.quantities = {Quantity::average_albedo};

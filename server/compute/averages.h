@@ -8,7 +8,8 @@
 namespace kiln {
 
 /// 1 − E_avg of a job's lobe at each place of Places::averaged(job), for what compensates the
-/// energy that single scattering loses. At least kAverageSamplesMin samples a place, in double.
+/// energy that single scattering loses: by quadrature where there is one, else by sampling in
+/// double.
 Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
                           const Control& control);
 

@@ -9,6 +9,7 @@
 #include "server/compute/native.h"
 #include "server/compute/opencl_programs.h"
 #include "server/compute/plan.h"
+#include "server/compute/quadrature_job.h"
 
 namespace kiln {
 
@@ -124,6 +125,12 @@ void Engine::warm_up() {
 Outcome Engine::run(const JobSpec& job, const Control& control) {
     const Plan plan = make_plan(
         job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
+    if (job.integrator == Integrator::quadrature) {
+        Outcome outcome = integrate_by_quadrature(job, plan, *state_->native, control);
+        outcome.report.device = {"native", state_->native_name(), kStrictNumerics, {}};
+        outcome.report.left_out = plan.left_out;
+        return outcome;
+    }
     Choice choice = state_->choose(job, plan, control);
     Outcome outcome;
     if (choice.opencl) {

@@ -9,6 +9,7 @@
 #include "server/base/error.h"
 #include "server/compute/rare_events.h"
 #include "server/compute/replicates.h"
+#include "server/compute/texels.h"
 
 namespace kiln {
 
@@ -78,17 +79,12 @@ class Integration {
   public:
     Integration(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool,
                 const Control& control, bool standard_error_planes)
-        : job_(job), plan_(plan), backend_(backend), pool_(pool), control_(control) {
+        : job_(job), plan_(plan), backend_(backend), pool_(pool), control_(control), texels_(job) {
         for (const Pass& pass : plan.passes)
             samples_planned_ += pass.places.count() * samples_a_place();
         Table& table = outcome_.table;
-        const auto extent = [&](std::size_t axis) {
-            return axis < job.resolution.size() ? static_cast<std::size_t>(job.resolution[axis])
-                                                : std::size_t{1};
-        };
-        table.width = extent(0);
-        slice_height_ = extent(1);
-        table.height = slice_height_ * extent(2);
+        table.width = texels_.width();
+        table.height = texels_.height();
         for (const Channel& channel : plan.channels) table.channels.push_back(channel.name);
         const std::vector<float> plane(table.width * table.height);
         table.planes.assign(plan.channels.size(), plane);
@@ -105,7 +101,8 @@ class Integration {
             else
                 run_pass<float>(pass);
         }
-        for (const Exact& exact : plan_.exact) fill(exact);
+        for (const Exact& exact : plan_.exact)
+            texels_.fill(outcome_.table.planes[exact.channel], exact.value);
         fill_report();
         return std::move(outcome_);
     }
@@ -259,9 +256,9 @@ class Integration {
             }
             if (channel.shares == 1) channel.error.add(variance, pass.slices.size());
             for (const std::size_t slice : pass.slices)
-                for_texels(pass, slice, first + i, [&](std::size_t texel) {
-                    add_texel(share.channel, texel, value, variance);
-                });
+                texels_.each(
+                    pass.what.material.averaged != 0, slice, first + i,
+                    [&](std::size_t texel) { add_texel(share.channel, texel, value, variance); });
         }
     }
 
@@ -272,27 +269,6 @@ class Integration {
         at = static_cast<float>(at + value);
         if (!outcome_.standard_errors.empty())
             outcome_.standard_errors[channel][texel] = static_cast<float>(std::sqrt(variance));
-    }
-
-    /// The texels of a slice that one place fills: an averaged place fills its whole line.
-    template <typename Body>
-    void for_texels(const Pass& pass, std::size_t slice, std::size_t place, Body body) const {
-        const std::size_t width = outcome_.table.width, above = slice * slice_height_ * width;
-        if (!pass.what.material.averaged) {
-            body(above + place);
-        } else if (roughness_axis(job_) == 0) {
-            for (std::size_t y = 0; y < slice_height_; ++y) body(above + y * width + place);
-        } else {
-            for (std::size_t x = 0; x < width; ++x) body(above + place * width + x);
-        }
-    }
-
-    void fill(const Exact& exact) {
-        std::vector<float>& plane = outcome_.table.planes[exact.channel];
-        const std::size_t texels = slice_height_ * outcome_.table.width;
-        for (std::size_t slice = 0; slice * texels < plane.size(); ++slice)
-            std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>(slice * texels), texels,
-                        static_cast<float>(exact.value(slice)));
     }
 
     void fill_report() {
@@ -332,7 +308,7 @@ class Integration {
     PointSet points_;
     Outcome outcome_;
     std::vector<ChannelState> channels_;
-    std::size_t slice_height_ = 1;
+    const Texels texels_;
     std::map<std::uint64_t, TraceLevel> trace_;
     std::uint64_t samples_planned_ = 0, samples_done_ = 0;
     std::optional<double> error_so_far_;

@@ -128,7 +128,7 @@ class Planner {
             case Quantity::multiscatter_albedo:
                 return specular(one(kDeficit));
             case Quantity::specular_albedo:
-                return specular(reflected(colour));
+                return specular(reflected(fresnel_of_slice(job_, slice), colour));
             case Quantity::compensated_albedo:
                 pass(false, false, slice, count)
                     .shares.push_back(compensated(channel, slice, colour));
@@ -145,16 +145,23 @@ class Planner {
         __builtin_unreachable();
     }
 
-    /// F(VoH) f NoL / pdf; with F = 1 it is the weight, and costs nothing more.
-    Combination reflected(int colour) const {
-        return job_.fresnel.model == Fresnel::none
-                   ? one(kWeight)
-                   : one(kColour + static_cast<std::size_t>(colour));
+    /// F(VoH) f NoL / pdf. Without Fresnel it is the weight; Schlick's is F0 A + F90 B, whatever
+    /// the colours.
+    static Combination reflected(const FresnelModel& fresnel, int colour) {
+        const auto channel = static_cast<std::size_t>(colour);
+        if (fresnel.model == Fresnel::none) return one(kWeight);
+        if (fresnel.model != Fresnel::schlick) return one(kColour + channel);
+        const auto of = [&](const std::vector<double>& numbers) {
+            return numbers[numbers.size() == 3 ? channel : 0];
+        };
+        Combination combination = one(kWeight, of(fresnel.f0));
+        combination[kSchlick] = of(fresnel.f90) - of(fresnel.f0);
+        return combination;
     }
 
     Share compensated(std::size_t channel, std::size_t slice, int colour) {
         const FresnelModel fresnel = fresnel_of_slice(job_, slice);
-        Share share{channel, reflected(colour), {}, {}};
+        Share share{channel, reflected(fresnel, colour), {}, {}};
         if (job_.multiscatter == Multiscatter::turquin) {
             // Turquin 2019, eq. 16: the lobe scaled by 1 + F0 (1 − E) / E.
             const double F0 = kiln::fresnel(fresnel, colour, 1.0);

@@ -50,6 +50,7 @@ std::string canonical(const JobSpec& job) {
     document["resolution"] = job.resolution;
     document["layout"] = layout_of(job);
     document["sample_count"] = job.sample_count;
+    document["integrator"] = to_word(job.integrator);
     document["sampler"] = to_word(job.sampler);
     write_models(job, document);
     document["precision"] = to_word(job.precision);

@@ -46,6 +46,7 @@ void check_all_words(const Json& document) {
     check_words<Parameter>(document, "/Axis/properties/parameter");
     check_words<Mapping>(document, "/Axis/properties/mapping");
     check_words<Grid>(document, "/Axis/properties/grid");
+    check_words<Integrator>(document, job + "integrator");
     check_words<Sampler>(document, job + "sampler");
     check_words<Importance>(document, job + "importance");
     check_words<Distribution>(document, job + "microfacet/properties/distribution");

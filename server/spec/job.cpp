@@ -58,6 +58,7 @@ class Reader {
             job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
         if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
+        read_word(job_.integrator, "/integrator");
         read_word(job_.sampler, "/sampler");
         read_models(document_, problems_, job_);
         read_word(job_.precision, "/precision");
@@ -123,13 +124,13 @@ class Reader {
             if (!is_ior && axis.hi > 1)
                 problems_.add(place + "/range/1", "is above 1; allowed: 0…1 for " +
                                                       std::string(to_word(axis.parameter)));
-            if (is_ior && axis.lo < 0.0001)
+            if (i == 2 && is_ior && axis.lo < 0.0001)
                 problems_.add(place + "/range/0", "is below 0.0001, the least ior");
             if (i < 2 && (is_ior || axis.parameter == Parameter::f0))
                 problems_.add(place + "/parameter",
                               in_quotes(to_word(axis.parameter)) + " lies along z alone");
         }
-        if (job_.axes.size() < 2) return;
+        if (job_.axes.size() < 2 || !sound("/layout")) return;
         const auto is_NoV = [](const Axis& a) { return a.parameter == Parameter::NoV; };
         if (is_NoV(job_.axes[0]) != is_NoV(job_.axes[1])) return;
         const bool same = job_.axes[0].parameter == job_.axes[1].parameter;
@@ -167,7 +168,7 @@ class Reader {
 
     /// Every parameter that a quantity depends on has to be an axis.
     void check_needs(const char* pointer) {
-        if (!sound(pointer)) return;
+        if (!sound(pointer) || !sound("/layout")) return;
         if (!has_axis(Parameter::roughness) && !has_axis(Parameter::alpha))
             problems_.add(pointer,
                           "no axis carries roughness (or alpha), on which every quantity depends");

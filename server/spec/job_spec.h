@@ -25,6 +25,7 @@ enum class Quantity {
 enum class Parameter { NoV, roughness, alpha, f0, ior };
 enum class Mapping { linear, sqrt, square };
 enum class Grid { center, node };
+enum class Integrator { monte_carlo, quadrature };
 enum class Sampler { hammersley, sobol_owen, lattice, random };
 // The numbers of the next three are those of the kernels (kernels/microfacet.h), as are
 // DiffuseModel's from lambert on (kernels/diffuse.h).
@@ -89,6 +90,7 @@ struct JobSpec {
     std::string layout = "kiln";  ///< preset name, or "custom" when the document gave an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
     std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
+    Integrator integrator = Integrator::monte_carlo;
     Sampler sampler = Sampler::sobol_owen;
     Importance importance = Importance::vndf;
     Distribution distribution = Distribution::ggx;

@@ -196,8 +196,34 @@ class Models {
             job_.diffuse.albedo = numbers_of(document_["diffuse"]["albedo"]);
     }
 
+    /// What quadrature has a rule for: kernels/quadrature.h.
+    void check_quadrature() {
+        const auto refuse = [&](const std::string& why) {
+            add("/integrator",
+                "\"quadrature\" has no rule for " + why + "; allowed here: monte_carlo");
+        };
+        if (job_.distribution != Distribution::ggx)
+            refuse("distribution " + in_quotes(to_word(job_.distribution)));
+        else if (job_.masking > Masking::smith_separable)
+            refuse("masking " + in_quotes(to_word(job_.masking)));
+        else if (job_.fresnel.model == Fresnel::schlick && job_.fresnel.exponent != 5)
+            refuse("a Schlick exponent that is not 5");
+        for (const Quantity quantity : job_.quantities) {
+            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
+            const bool matte =
+                job_.coupling == Coupling::kelemen || job_.diffuse.model == DiffuseModel::none;
+            if (term && job_.fresnel.model > Fresnel::schlick)
+                refuse("Fresnel model " + in_quotes(to_word(job_.fresnel.model)));
+            else if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
+                refuse("the diffuse lobe that " + in_quotes(to_word(quantity)) + " reads");
+        }
+        if (problems_.sound("/device") && document_["device"] == "opencl")
+            add("/device", "\"opencl\" does not run the quadrature; allowed: auto, native");
+    }
+
     void check_together() {
         if (!problems_.sound("/quantities")) return;
+        if (job_.integrator == Integrator::quadrature) check_quadrature();
         for (const Quantity quantity : job_.quantities) {
             const bool diffuse_alone = quantity == Quantity::diffuse_albedo ||
                                        quantity == Quantity::diffuse_average_albedo;

@@ -12,6 +12,7 @@ constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "
 constexpr Word kParameter[] = {"NoV", "roughness", "alpha", "f0", "ior"};
 constexpr Word kMapping[] = {"linear", "sqrt", "square"};
 constexpr Word kGrid[] = {"center", "node"};
+constexpr Word kIntegrator[] = {"monte_carlo", "quadrature"};
 constexpr Word kSampler[] = {"hammersley", "sobol_owen", "lattice", "random"};
 constexpr Word kImportance[] = {"vndf", "ndf", "cosine", "uniform"};
 constexpr Word kDistribution[] = {"ggx", "beckmann", "charlie"};
@@ -36,6 +37,7 @@ template <> std::span<const Word> words<Quantity>() { return kQuantity; }
 template <> std::span<const Word> words<Parameter>() { return kParameter; }
 template <> std::span<const Word> words<Mapping>() { return kMapping; }
 template <> std::span<const Word> words<Grid>() { return kGrid; }
+template <> std::span<const Word> words<Integrator>() { return kIntegrator; }
 template <> std::span<const Word> words<Sampler>() { return kSampler; }
 template <> std::span<const Word> words<Importance>() { return kImportance; }
 template <> std::span<const Word> words<Distribution>() { return kDistribution; }
