@@ -18,6 +18,7 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 // clang-format off
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
+#include "kernels/lane_arc.h"
 #include "kernels/fresnel.h"
 #include "kernels/diffuse.h"
 #include "kernels/smith.h"

@@ -21,6 +21,7 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 // clang-format off
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
+#include "kernels/lane_arc.h"
 #include "kernels/fresnel.h"
 #include "kernels/diffuse.h"
 #include "kernels/smith.h"

