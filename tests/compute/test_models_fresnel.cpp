@@ -19,6 +19,10 @@ struct FresnelCase {
     std::string name;
     FresnelModel model;
     std::vector<reference::Fresnel> channels;  ///< one or three
+
+    /// Where light is reflected totally F has a kink, which a net of n points meets with an error
+    /// of n^-3/4 of its jump, 3e-5 in each of 16 replicates.
+    double reached() const { return channels[0].kinks.empty() ? kExact : 2e-5; }
 };
 
 FresnelModel model_of(Fresnel model) {
@@ -114,7 +118,7 @@ TEST(Models, EveryFresnelOverGgx) {
                              [&](double NoV, double roughness) {
                                  return reference::microfacet_albedo(ggx(roughness), NoV, F);
                              }),
-                 label);
+                 label, fresnel.reached());
             hold(outcome, colours + c,
                  over_lines(job, [&](double) { return reference::fresnel_average(F); }), label,
                  1e-7);
@@ -130,7 +134,7 @@ TEST(Models, FresnelOverBeckmannAndCharlie) {
         JobSpec job = model_job({Quantity::specular_albedo});
         job.distribution = distribution;
         job.masking = charlie ? Masking::neubelt : Masking::smith_correlated;
-        job.importance = Importance::cosine;
+        job.importance = charlie ? Importance::uniform : Importance::ndf;
         job.fresnel = fresnel.model;
         const Outcome outcome = bake(job);
         for (std::size_t c = 0; c < 3; ++c)
