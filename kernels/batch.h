@@ -17,10 +17,16 @@
 #define KILN_STRETCH 64
 #endif
 
+// Points that are summed before their sum is added to the batch's, on every path alike. A smooth
+// integrand rounds the same way at every addition: 1024 in a row lose 8e-6 of a constant 0.8 in
+// float, two levels some 1e-6.
+#define KILN_SUM_POINTS 64
+
 // `texel` is the view that stays the same over batches; an average takes its own from every point.
 KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const View texel,
                               KILN_GLOBAL const scalar* points, const unsigned int point_count) {
-    Terms sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
+    const Terms none = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
+    Terms all = none, sum = none;
     View view[KILN_STRETCH];
     HalfVector h[KILN_STRETCH];
     Light light[KILN_STRETCH];
@@ -49,6 +55,11 @@ KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const Vi
             sum.fresnel += terms.fresnel;
             sum.deficit += terms.deficit;
         }
+        if ((first + count) % KILN_SUM_POINTS != 0 && first + count != point_count) continue;
+        all.weight += sum.weight;
+        all.fresnel += sum.fresnel;
+        all.deficit += sum.deficit;
+        sum = none;
     }
-    return sum;
+    return all;
 }

@@ -105,12 +105,17 @@ KILN_FUNCTION Sums specular_sums(const Material what, KILN_GLOBAL const scalar* 
     return sums;
 }
 
+KILN_FUNCTION Sums no_sums(void) {
+    Sums sums;
+    for (int t = 0; t < KILN_TERM_COUNT; ++t) sums.term[t] = lanes(K(0.0));
+    return sums;
+}
+
 // As batch_sum() of batch.h. Averages take NoV from every point.
 KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p, real NoV,
                                 real alpha, KILN_GLOBAL const scalar* points,
                                 const unsigned int point_count) {
-    Sums sums;
-    for (int t = 0; t < KILN_TERM_COUNT; ++t) sums.term[t] = lanes(K(0.0));
+    Sums all = no_sums(), sums = no_sums();
     const real roughness = lane_sqrt(alpha);
     View view = ggx_view(NoV, alpha);
     for (unsigned int i = 0; i < point_count; ++i) {
@@ -123,6 +128,9 @@ KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p
             sums = diffuse_sums(what, p, NoV, roughness, point, sums);
         else
             sums = specular_sums(what, p, view, point, sums);
+        if ((i + 1) % KILN_SUM_POINTS != 0 && i + 1 != point_count) continue;
+        for (int t = 0; t < KILN_TERM_COUNT; ++t) all.term[t] += sums.term[t];
+        sums = no_sums();
     }
-    return sums;
+    return all;
 }

@@ -133,17 +133,19 @@ KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scal
     s.sinV = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV));
     s.NoL = lanes(NoL);
     s.sinL = lanes(sinL);
-    // h = V + L: |h|² = 4 VoH², and its part in the plane without the cancellation of 1 − NoH².
-    const real across = K(2.0) * s.sinV * (sinL * cos_phi);
-    const real hxy2 = lane_fma(s.sinV, s.sinV, lane_fma(lanes(sinL), lanes(sinL), across));
+    // h = V + L: |h|² = 4 VoH², and its part in the plane as a sum of which no term is negative: a
+    // narrow D reads it where V and L are nearly opposite in azimuth, and it is the same with V and
+    // L exchanged.
+    const real apart = s.sinV - s.sinL;
+    const real around = K(2.0) * (s.sinV * s.sinL) * (K(1.0) + cos_phi);
+    const real hxy2 = lane_fma(apart, apart, around);
     const real hz = NoV + NoL;
     const real floor = lanes(K(0.0));
-    const real bounded = lane_select(hxy2 > floor, hxy2, floor);
-    const real hh = lane_fma(hz, hz, bounded);
+    const real hh = lane_fma(hz, hz, hxy2);
     const real inverse =
         lane_select(hh > floor, K(1.0) / lane_select(hh > floor, hh, lanes(K(1.0))), floor);
     s.VoH = K(0.5) * lane_sqrt(hh);
-    s.sin2_H = bounded * inverse;
+    s.sin2_H = hxy2 * inverse;
     s.NoH = hz * lane_sqrt(inverse);
     s.factor =
         importance == KILN_IMPORTANCE_COSINE ? lanes(KILN_PI) : lanes(K(2.0) * KILN_PI * NoL);

@@ -112,7 +112,9 @@ class Integration {
 
     template <typename Scalar>
     void run_pass(const Pass& pass) {
-        points_ = make_points(job_.sampler, pass.points, job_.seed, job_.sample_count);
+        if (points_kind_ != pass.points)
+            points_ = make_points(job_.sampler, pass.points, job_.seed, job_.sample_count);
+        points_kind_ = pass.points;
         const std::size_t block = std::min(
             backend_.block_places(), (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
         const Combinations combinations(pass.shares);
@@ -305,7 +307,8 @@ class Integration {
     Backend& backend_;
     ThreadPool& pool_;
     const Control& control_;
-    PointSet points_;
+    PointSet points_;  // of the kind below: slices and averages share them
+    std::optional<PointKind> points_kind_;
     Outcome outcome_;
     std::vector<ChannelState> channels_;
     const Texels texels_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/compute/engine.h"
+#include "server/spec/channels.h"
 #include "tests/reference/reference.h"
 
 // What the engine bakes, beside quadrature that shares no line with its kernels.
@@ -44,8 +45,8 @@ inline Outcome bake(const JobSpec& job) {
     options.standard_error_planes = true;
     Engine engine(options);
     Outcome outcome = engine.run(job, Control{});
-    EXPECT_EQ(outcome.table.planes.size(), job.quantities.size());
-    EXPECT_EQ(outcome.standard_errors.size(), job.quantities.size());
+    EXPECT_EQ(outcome.table.planes.size(), channels_of(job).size());
+    EXPECT_EQ(outcome.standard_errors.size(), channels_of(job).size());
     return outcome;
 }
 

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/compute/models.h"
+
+// What a job costs, and that slices of a three-dimensional table are the tables of two dimensions.
+namespace kiln {
+namespace {
+
+using namespace models;
+
+constexpr std::int64_t kFewSamples = 4096;
+
+JobSpec few(std::vector<Quantity> quantities) {
+    JobSpec job = model_job(std::move(quantities));
+    job.sample_count = kFewSamples;
+    return job;
+}
+
+bool leaves_out(const Outcome& outcome, const std::string& what) {
+    const auto& list = outcome.report.left_out;
+    return std::any_of(list.begin(), list.end(),
+                       [&](const LeftOut& entry) { return entry.what == what; });
+}
+
+struct Cost {
+    std::uint64_t brdf, fresnel, multiscatter;
+    bool without_fresnel, without_multiscatter, without_diffuse;
+};
+
+/// In samples of all 8 texels; a line of one roughness has 2 places to an average's 8.
+void costs(const JobSpec& job, const Cost& cost, const char* label) {
+    const Outcome outcome = bake(job);
+    const auto samples = static_cast<std::uint64_t>(kFewSamples);
+    const Work& work = outcome.report.work;
+    EXPECT_EQ(work.brdf_evaluations, cost.brdf * samples) << label;
+    EXPECT_EQ(work.fresnel_evaluations, cost.fresnel * samples) << label;
+    EXPECT_EQ(work.multiscatter_evaluations, cost.multiscatter * samples) << label;
+    EXPECT_EQ(leaves_out(outcome, "Fresnel term"), cost.without_fresnel) << label;
+    EXPECT_EQ(leaves_out(outcome, "multiple-scattering term"), cost.without_multiscatter) << label;
+    EXPECT_EQ(leaves_out(outcome, "diffuse lobe"), cost.without_diffuse) << label;
+}
+
+TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
+    using enum Quantity;
+    JobSpec job = few({directional_albedo});
+    job.fresnel.model = Fresnel::dielectric;
+    job.diffuse.model = DiffuseModel::eon;
+    job.multiscatter = Multiscatter::kulla_conty;
+    job.coupling = Coupling::half_vector;
+    costs(job, {8, 0, 0, true, true, true}, "directional_albedo");
+    job.quantities = {average_albedo};
+    costs(job, {2, 0, 0, true, true, true}, "average_albedo");
+    job.quantities = {multiscatter_albedo};
+    costs(job, {8, 0, 8, true, false, true}, "multiscatter_albedo");
+    job.quantities = {specular_albedo};
+    costs(job, {8, 8, 0, false, true, true}, "specular_albedo");
+    job.quantities = {diffuse_albedo};
+    costs(job, {8, 0, 0, true, true, false}, "diffuse_albedo");
+    job.quantities = {diffuse_average_albedo};
+    costs(job, {2, 0, 0, true, true, false}, "diffuse_average_albedo");
+    job.quantities = {fresnel_average};
+    costs(job, {0, 0, 0, true, true, true}, "fresnel_average");
+    // Both lobes, F of either, and the deficit.
+    job.quantities = {total_albedo};
+    costs(job, {16, 16, 8, false, false, false}, "total_albedo");
+    job.coupling = Coupling::none;
+    costs(job, {16, 8, 8, false, false, false}, "total_albedo, uncoupled");
+    job.multiscatter = Multiscatter::none;
+    costs(job, {16, 8, 0, false, true, false}, "total_albedo, single scattering");
+    job.fresnel.model = Fresnel::none;
+    costs(job, {16, 0, 0, true, true, false}, "total_albedo, F = 1");
+    job.diffuse.model = DiffuseModel::none;
+    costs(job, {8, 0, 0, true, true, true}, "total_albedo, specular alone");
+}
+
+TEST(Plan, ThreeChannelsCostThreeFresnelTermsAndOneLobe) {
+    JobSpec job = few({Quantity::specular_albedo, Quantity::directional_albedo});
+    job.fresnel.f0 = {0.9, 0.6, 0.2};
+    costs(job, {8, 24, 0, false, true, true}, "three channels");
+}
+
+/// Bits of slice z of every plane beside the two-dimensional job with that number.
+void expect_slices(const JobSpec& solid, const std::vector<JobSpec>& flats) {
+    const Outcome stack = bake(solid);
+    const auto texels = static_cast<std::size_t>(solid.resolution[0] * solid.resolution[1]);
+    ASSERT_EQ(stack.table.height,
+              static_cast<std::size_t>(solid.resolution[1] * solid.resolution[2]));
+    for (std::size_t z = 0; z < flats.size(); ++z) {
+        const Outcome flat = bake(flats[z]);
+        ASSERT_EQ(stack.table.channels, flat.table.channels);
+        for (std::size_t channel = 0; channel < flat.table.planes.size(); ++channel)
+            for (std::size_t i = 0; i < texels; ++i) {
+                EXPECT_EQ(stack.table.planes[channel][z * texels + i],
+                          flat.table.planes[channel][i])
+                    << flat.table.channels[channel] << " slice " << z << " texel " << i;
+                EXPECT_EQ(stack.standard_errors[channel][z * texels + i],
+                          flat.standard_errors[channel][i])
+                    << flat.table.channels[channel] << " slice " << z << " texel " << i;
+            }
+    }
+}
+
+TEST(Plan, SlicesAlongF0AreTheTablesOfTwoDimensions) {
+    JobSpec flat =
+        few({Quantity::specular_albedo, Quantity::compensated_albedo, Quantity::fresnel_average,
+             Quantity::total_albedo, Quantity::directional_albedo, Quantity::average_albedo});
+    flat.multiscatter = Multiscatter::kulla_conty;
+    flat.coupling = Coupling::half_vector;
+    JobSpec solid = flat;
+    solid.resolution.push_back(3);
+    solid.axes.push_back(against_reference::axis(Parameter::f0, Grid::node));
+    std::vector<JobSpec> flats(3, flat);
+    for (std::size_t z = 0; z < 3; ++z) flats[z].fresnel.f0 = {0.5 * static_cast<double>(z)};
+    expect_slices(solid, flats);
+}
+
+TEST(Plan, SlicesAlongIorAreTheTablesOfTwoDimensions) {
+    JobSpec flat = few({Quantity::specular_albedo, Quantity::fresnel_average});
+    flat.fresnel.model = Fresnel::dielectric;
+    JobSpec solid = flat;
+    solid.resolution.push_back(2);
+    Axis z = against_reference::axis(Parameter::ior);
+    z.lo = 0.5, z.hi = 2.5;
+    solid.axes.push_back(z);
+    std::vector<JobSpec> flats(2, flat);
+    flats[0].fresnel.ior = {1};
+    flats[1].fresnel.ior = {2};
+    expect_slices(solid, flats);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+#include "server/compute/points.h"
+#include "tests/kernels/one_lane.h"
+#include "tests/kernels/textbook.h"
+
+// The directions that the kernels make of the host's own points, against the density by which each
+// estimator divides: Pearson's test, with independent points (Sampler::random).
+namespace {
+
+using kiln::PointKind;
+
+constexpr int kSamples = 1 << 17, kPolar = 24, kAzimuth = 16, kFine = 16;
+
+/// A direction's place: t in [0, 1] grows with its polar angle, phi in [0, pi] is its azimuth from
+/// the view, folded.
+struct Place {
+    double t, phi;
+};
+
+/// A sampler's directions, and the density of its places on [0, 1] x [0, pi], both signs of y.
+struct Subject {
+    PointKind kind;
+    std::function<Place(const double* point)> place;
+    std::function<double(double t, double phi)> density;
+};
+
+/// One-sided probability of a statistic this large or larger.
+double p_value(const Subject& subject) {
+    const kiln::PointSet points =
+        kiln::make_points(kiln::Sampler::random, subject.kind, 11, kSamples);
+    std::vector<double> seen(kPolar * kAzimuth), expected(kPolar * kAzimuth);
+    for (int i = 0; i < kSamples; ++i) {
+        const Place at = subject.place(&points.values[kiln::kPointScalars * std::size_t(i)]);
+        const int row = std::clamp(static_cast<int>(at.t * kPolar), 0, kPolar - 1);
+        const int column =
+            std::clamp(static_cast<int>(at.phi / std::numbers::pi * kAzimuth), 0, kAzimuth - 1);
+        ++seen[static_cast<std::size_t>(row * kAzimuth + column)];
+    }
+    for (int cell = 0; cell < kPolar * kAzimuth; ++cell)
+        for (int s = 0; s < kFine * kFine; ++s) {
+            const double t = (cell / kAzimuth + (s / kFine + 0.5) / kFine) / kPolar;
+            const double phi =
+                std::numbers::pi * (cell % kAzimuth + (s % kFine + 0.5) / kFine) / kAzimuth;
+            expected[static_cast<std::size_t>(cell)] += subject.density(t, phi) * std::numbers::pi *
+                                                        kSamples /
+                                                        (kPolar * kAzimuth * kFine * kFine);
+        }
+    double statistic = 0, pooled_seen = 0, pooled_expected = 0;
+    int degrees = -1;
+    for (std::size_t cell = 0; cell < seen.size(); ++cell) {
+        pooled_seen += seen[cell];
+        pooled_expected += expected[cell];
+        if (pooled_expected < 10) continue;
+        const double excess = pooled_seen - pooled_expected;
+        statistic += excess * excess / pooled_expected;
+        pooled_seen = pooled_expected = 0;
+        ++degrees;
+    }
+    // Wilson, Hilferty 1931: the cube root of chi square over its degrees is nearly normal.
+    const double k = 2.0 / (9 * degrees);
+    return 0.5 * std::erfc((std::cbrt(statistic / degrees) - (1 - k)) / std::sqrt(2 * k));
+}
+
+/// Half vectors: tan θ = α tan(π t / 2), which spreads any width over [0, 1], smoothly at both
+/// ends.
+Subject half_vectors(PointKind kind, double NoV, double alpha,
+                     std::function<double(const textbook::Vector&)> density) {
+    const auto place = [=](const double* point) {
+        const in_double::View view = in_double::ggx_view(NoV, alpha);
+        const in_double::HalfVector h =
+            kind == PointKind::visible_normals
+                ? in_double::ggx_sample_vndf(view, point[0], point[1], point[2])
+            : kind == PointKind::ggx_normals
+                ? in_double::ggx_sample_ndf(view, point[0], point[1])
+                : in_double::beckmann_sample_ndf(view, point[0], point[2]);
+        const double length = std::sqrt(h.hh), z = h.NoH / length;
+        const double VoH = view.S * h.VoH2 / 2 / length;
+        const double x = (VoH - NoV * z) / std::sqrt(1 - NoV * NoV),
+                     tangent = std::sqrt(1 - z * z) / z;
+        const double sine = std::max(std::sqrt(1 - z * z), 1e-12);
+        return Place{std::atan(tangent / alpha) * 2 / std::numbers::pi,
+                     std::acos(std::clamp(x / sine, -1.0, 1.0))};
+    };
+    const auto over_places = [=](double t, double phi) {
+        const double turn = std::numbers::pi / 2, tangent = std::tan(turn * t);
+        const double z = 1 / std::sqrt(1 + alpha * alpha * tangent * tangent);
+        const double sine = alpha * tangent * z;
+        // dω = sinθ dθ dφ, dθ = z² d tanθ.
+        const double solid = sine * z * z * alpha * turn * (1 + tangent * tangent);
+        return 2 * solid * density({sine * std::cos(phi), sine * std::sin(phi), z});
+    };
+    return {kind, place, over_places};
+}
+
+/// Lights as scatter_hemisphere() takes them, t = 1 − NoL; its VoH serves for the azimuth.
+Subject lights(PointKind kind, double NoV, std::function<double(double NoL)> density) {
+    const auto place = [=](const double* point) {
+        const int importance =
+            kind == PointKind::uniform ? KILN_IMPORTANCE_UNIFORM : KILN_IMPORTANCE_COSINE;
+        const in_double::Scattering s =
+            in_double::scatter_hemisphere(importance, NoV, point[0], point[1], point[2]);
+        const double VoL = 2 * s.VoH * s.VoH - 1;
+        const double cos_phi = (VoL - NoV * s.NoL) / std::max(s.sinV * s.sinL, 1e-12);
+        return Place{1 - s.NoL, std::acos(std::clamp(cos_phi, -1.0, 1.0))};
+    };
+    return {kind, place, [=](double t, double) { return 2 * density(1 - t); }};
+}
+
+double beckmann_normals(const textbook::Vector& h, double alpha) {
+    const double c2 = h[2] * h[2], tan2 = (1 - c2) / c2;
+    return std::exp(-tan2 / (alpha * alpha)) / (std::numbers::pi * alpha * alpha * c2 * c2) * h[2];
+}
+
+/// Every sampler with its density, the widths of the normals' drawn out by `wrong`, and the powers
+/// of the lights' cosine raised by four times the excess.
+std::vector<Subject> subjects(double wrong) {
+    std::vector<Subject> all;
+    for (const double NoV : {0.15, 0.5, 0.9})
+        for (const double alpha : {0.1, 0.5, 1.0}) {
+            const double a = alpha * wrong;
+            all.push_back(half_vectors(PointKind::visible_normals, NoV, alpha, [=](const auto& h) {
+                return textbook::visible_normals(h, NoV, a);
+            }));
+            all.push_back(half_vectors(PointKind::ggx_normals, NoV, alpha,
+                                       [=](const auto& h) { return textbook::all_normals(h, a); }));
+            all.push_back(half_vectors(PointKind::beckmann_normals, NoV, alpha,
+                                       [=](const auto& h) { return beckmann_normals(h, a); }));
+        }
+    const double power = 4 * (wrong - 1), turn = 2 * std::numbers::pi;
+    for (const double NoV : {0.15, 0.5, 0.9}) {
+        for (const PointKind kind : {PointKind::cosine, PointKind::cosine_diffuse})
+            all.push_back(lights(kind, NoV, [=](double NoL) {
+                return (2 + power) / turn * std::pow(NoL, 1 + power);
+            }));
+        all.push_back(lights(PointKind::uniform, NoV, [=](double NoL) {
+            return (1 + power) / turn * std::pow(NoL, power);
+        }));
+    }
+    return all;
+}
+
+// Level .01 over all subjects together: each at .01 over their number (Bonferroni).
+TEST(Samplers, FollowTheDensityTheyAreDividedBy) {
+    const std::vector<Subject> all = subjects(1);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        EXPECT_GT(p_value(all[i]), 0.01 / static_cast<double>(all.size())) << "subject " << i;
+}
+
+// A width wrong by a twentieth, or a power by a fifth, is found at every subject.
+TEST(Samplers, AWrongDensityIsRejected) {
+    const std::vector<Subject> all = subjects(1.05);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        EXPECT_LT(p_value(all[i]), 1e-4) << "subject " << i;
+}
+
+}  // namespace
