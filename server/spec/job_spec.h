@@ -92,7 +92,7 @@ struct DiffuseSpec {
 struct JobSpec {
     std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
-    std::string layout = "kiln";  ///< preset name (layouts.h); "custom": an object
+    std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
     std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
     Integrator integrator = Integrator::monte_carlo;

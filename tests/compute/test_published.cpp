@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tables that other programs write or publish, each under the preset of that program. Their own
 // error is known from quadrature; the wrong axes are worse than it.
+#include <ImathBox.h>
+#include <ImfRgbaFile.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 
-#include "server/image/image.h"
 #include "server/spec/spec.h"
 #include "tests/compute/against_reference.h"
 
@@ -63,22 +64,25 @@ class TemporaryFolder {
     std::filesystem::path path_;
 };
 
-Decoded run_cmgen(const std::string& options) {
+/// The first two channels of what cmgen writes for 64 x 64, top row first. Its file is compressed
+/// by PIZ, which Kiln's own reader leaves to the library.
+std::array<Values, 2> run_cmgen(const std::string& options) {
     const TemporaryFolder folder;
-    const std::filesystem::path file = folder.path() / "dfg.exr";
-    const std::string command =
-        "cmgen --quiet " + options + " --ibl-dfg='" + file.string() + "' -s 64";
+    const std::string file = folder.path() / "dfg.exr";
+    const std::string command = "cmgen --quiet " + options + " --ibl-dfg='" + file + "' -s 64";
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
-    std::ifstream in(file, std::ios::binary);
-    return decode(std::string(std::istreambuf_iterator<char>(in), {}));
-}
-
-Values plane(const Decoded& file, const std::string& channel) {
-    for (std::size_t c = 0; c < file.table.channels.size(); ++c)
-        if (file.table.channels[c] == channel)
-            return {file.table.planes[c].begin(), file.table.planes[c].end()};
-    ADD_FAILURE() << "no channel " << channel;
-    return {};
+    Imf::RgbaInputFile in(file.c_str());
+    const std::size_t count = 64 * 64;
+    EXPECT_EQ(in.dataWindow(), Imath::Box2i({0, 0}, {63, 63}));
+    std::vector<Imf::Rgba> texels(count);
+    in.setFrameBuffer(texels.data(), 1, 64);
+    in.readPixels(0, 63);
+    std::array<Values, 2> planes;
+    for (const Imf::Rgba& texel : texels) {
+        planes[0].push_back(texel.r);
+        planes[1].push_back(texel.g);
+    }
+    return planes;
 }
 
 // cmgen draws 1024 Hammersley points from D once for all texels: by quadrature its table is off by
@@ -93,18 +97,17 @@ TEST(Published, CmgenIsReproducedByItsPresetAlone) {
          {Case{"", R"(["split_sum_scale","split_sum_bias"])"},
           Case{"--ibl-dfg-multiscatter", R"(["split_sum_bias","directional_albedo"])"}}) {
         SCOPED_TRACE(c.quantities);
-        const Decoded theirs = run_cmgen(c.options);
+        const std::array<Values, 2> theirs = run_cmgen(c.options);
         const Table ours = bake_of(R"("filament")", c.quantities, "[64,64]", 16384);
         const Table plain =
             bake_of(R"({"x":{"parameter":"NoV"},"y":{"parameter":"roughness","flip":true}})",
                     c.quantities, "[64,64]", 16384);
         double plain_max = 0;
         for (std::size_t channel = 0; channel < 2; ++channel) {
-            const Values theirs_plane = plane(theirs, channel == 0 ? "R" : "G");
-            const Distance d = distance(ours.planes[channel], theirs_plane);
+            const Distance d = distance(ours.planes[channel], theirs[channel]);
             EXPECT_LE(d.max, 1.4e-2) << channel;
             EXPECT_LE(d.rms, 3.5e-3) << channel;
-            plain_max = std::max(plain_max, distance(plain.planes[channel], theirs_plane).max);
+            plain_max = std::max(plain_max, distance(plain.planes[channel], theirs[channel]).max);
         }
         EXPECT_GE(plain_max, 3e-2);
     }
