@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/axes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kiln {
 
-double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
-    const double n = static_cast<double>(count), i = static_cast<double>(index);
-    double t = axis.grid == Grid::center ? (i + 0.5) / n : (count > 1 ? i / (n - 1) : 0.0);
-    if (axis.flip) t = 1 - t;
+namespace {
+
+double mapped(const Axis& axis, double t) {
     switch (axis.mapping) {
         case Mapping::linear:
             return axis.lo + (axis.hi - axis.lo) * t;
@@ -20,6 +20,16 @@ double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
             return std::sqrt(axis.lo * axis.lo + (axis.hi * axis.hi - axis.lo * axis.lo) * t);
     }
     __builtin_unreachable();
+}
+
+}  // namespace
+
+double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
+    const double n = static_cast<double>(count), i = static_cast<double>(index);
+    double t = axis.grid == Grid::center ? (i + 0.5) / n : (count > 1 ? i / (n - 1) : 0.0);
+    if (axis.flip) t = 1 - t;
+    t += axis.shift / n;
+    return std::clamp(mapped(axis, t), axis.least, axis.most);
 }
 
 std::size_t roughness_axis(const JobSpec& job) {

@@ -10,6 +10,7 @@
 #include "server/compute/rare_events.h"
 #include "server/compute/replicates.h"
 #include "server/compute/texels.h"
+#include "server/spec/layouts.h"
 
 namespace kiln {
 
@@ -275,6 +276,7 @@ class Integration {
 
     void fill_report() {
         Report& report = outcome_.report;
+        report.warnings = layout_warnings(job_);
         report.samples_per_texel = job_.sample_count;
         report.samples_total = samples_done_;
         report.replicates = static_cast<std::int64_t>(points_.replicate_sizes.size());

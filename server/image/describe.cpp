@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string>
 
 #include "server/base/version.h"
 #include "server/image/image.h"
 #include "server/spec/channels.h"
+#include "server/spec/layouts.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -181,6 +183,17 @@ const char* mapping_words(Mapping mapping) {
     return "";
 }
 
+// What a preset's shift and bounds do to the ends of an axis.
+std::string bounds(const Axis& axis) {
+    std::string words;
+    if (axis.least > 0) words += ", at least " + number(axis.least);
+    if (axis.shift != 0)
+        words += std::isfinite(axis.most)
+                     ? ", at most " + number(axis.most)
+                     : ", not bounded, so beyond " + number(axis.hi) + " at that end";
+    return words;
+}
+
 std::string axis_line(const JobSpec& job, std::size_t index) {
     const Axis& axis = job.axes[index];
     const std::string n = std::to_string(job.resolution[index]);
@@ -195,13 +208,16 @@ std::string axis_line(const JobSpec& job, std::size_t index) {
 
     std::string place = centers ? "(i + 0.5)/" + n : "i/(" + n + " - 1)";
     if (job.resolution[index] == 1) place = centers ? "0.5" : "0";
-    const std::string t = axis.flip ? "1 - t" : "t";
+    const std::string shift = axis.shift == 0 ? "" : number(axis.shift) + "/" + n;
+    if (!shift.empty()) place += " + " + shift;
+    std::string t = axis.flip ? "1 - t" : "t";
+    if (!shift.empty()) t += (axis.flip ? " + " : " - ") + shift;
     std::string line = letter + ": " + text(to_word(axis.parameter)) + " from " + number(first) +
                        " (" + start + ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
                        mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
                        (centers ? ", texel centres: " : ", nodes at the texels: ") + unit +
                        " i of " + n + " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " +
-                       formula(axis);
+                       formula(axis) + bounds(axis);
     if (index == 2) return line + "; slices stand one below the other";
     line += std::string("; look up at ") + coordinate + " = ";
     line += centers ? t : "((" + t + ") (" + n + " - 1) + 0.5)/" + n;
@@ -261,6 +277,7 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
 std::vector<std::string> convention(const JobSpec& job) {
     std::vector<std::string> lines = axis_lines(job);
     for (auto& line : channel_lines(job)) lines.push_back(std::move(line));
+    for (auto& line : layout_lines(job)) lines.push_back(std::move(line));
     lines.emplace_back(kAlphaMapping);
     lines.push_back("distribution: " + distribution_words(job.distribution));
     lines.push_back("masking: " + masking_words(job.masking));

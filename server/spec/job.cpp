@@ -5,6 +5,7 @@
 #include "server/spec/channels.h"
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
+#include "server/spec/layouts.h"
 #include "server/spec/limits.h"
 #include "server/spec/models.h"
 #include "server/spec/phrases.h"
@@ -25,6 +26,8 @@ class Reader {
         : document_(document), problems_(problems) {}
 
     JobSpec read() {
+        if (sound("/layout") && at("/layout").is_string())
+            job_.layout = at("/layout").get<std::string>();
         read_fields();
         read_layout();
         read_output();
@@ -76,25 +79,34 @@ class Reader {
                 .hi = range.at(1).get<double>() + 0.0};
     }
 
-    static std::vector<Axis> kiln_axes(std::size_t axis_count) {
-        if (axis_count == 1) return {{.parameter = Parameter::roughness}};
-        return {{.parameter = Parameter::NoV}, {.parameter = Parameter::roughness}};
+    /// The axes of job_.layout, a preset.
+    void read_preset() {
+        const LayoutPreset& preset = *layout_preset(job_.layout);
+        job_.axes = preset.axes;
+        if (job_.resolution.size() == 1) {
+            if (preset.single_axis)
+                job_.axes = {*preset.single_axis};
+            else
+                problems_.add("/resolution", "has one entry; layout " + in_quotes(preset.name) +
+                                                 " is a table of two, [x, y]");
+        }
+        if (job_.resolution.size() == 3)
+            problems_.add("/resolution",
+                          "has three entries; a third needs a layout object whose z says what it "
+                          "carries (f0 or ior)");
+        check_needs("/resolution");
+    }
+
+    bool has_kiln_axes() const {
+        const LayoutPreset& kiln = *layout_preset(JobSpec{}.layout);
+        return job_.axes == kiln.axes || job_.axes == std::vector{*kiln.single_axis};
     }
 
     void read_layout() {
         if (!sound("/layout", "/resolution")) return;
         const Json& layout = at("/layout");
         const std::size_t axis_count = job_.resolution.size();
-        if (layout.is_string()) {
-            job_.layout = layout.get<std::string>();
-            job_.axes = kiln_axes(axis_count);
-            if (axis_count == 3)
-                problems_.add("/resolution",
-                              "has three entries; a third needs a layout object whose "
-                              "z says what it carries (f0 or ior)");
-            check_needs("/resolution");
-            return;
-        }
+        if (layout.is_string()) return read_preset();
         const char* counts[] = {"no entry", "one entry", "two entries", "three entries"};
         const char* names[] = {"x", "y", "z"};
         for (std::size_t i = 0; i < 3; ++i) {
@@ -110,7 +122,7 @@ class Reader {
         check_axes();
         if (job_.axes.size() == 3 && axis_count == 3) check_depth_axis();
         check_needs("/layout");
-        job_.layout = job_.axes == kiln_axes(axis_count) ? "kiln" : "custom";
+        job_.layout = has_kiln_axes() ? JobSpec{}.layout : "custom";
     }
 
     void check_axes() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,10 @@ struct Axis {
     bool flip = false;
     double lo = 0;  ///< parameter value at the start of the axis, in [0, 1]
     double hi = 1;  ///< parameter value at its end, > lo, in [0, 1]
+    // Presets alone have these (layouts.h); no document spells them.
+    double shift = 0;  ///< texels by which t lies above where grid and flip put it
+    double least = 0;  ///< smaller parameter values are raised to this
+    double most = std::numeric_limits<double>::infinity();  ///< larger ones are lowered to this
     bool operator==(const Axis&) const = default;
 };
 
@@ -87,7 +92,7 @@ struct DiffuseSpec {
 struct JobSpec {
     std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
-    std::string layout = "kiln";  ///< preset name, or "custom" when the document gave an object
+    std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
     std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
     Integrator integrator = Integrator::monte_carlo;

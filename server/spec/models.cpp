@@ -6,6 +6,7 @@
 
 #include "server/spec/channels.h"
 #include "server/spec/json_text.h"
+#include "server/spec/layouts.h"
 #include "server/spec/words.h"
 
 namespace kiln {
@@ -80,6 +81,8 @@ class Models {
         if (!problems_.sound("/microfacet/distribution")) return;
         const bool charlie = job_.distribution == Distribution::charlie;
         if (charlie) job_.masking = Masking::neubelt;
+        const LayoutPreset* preset = layout_preset(job_.layout);
+        if (preset && job_.distribution == Distribution::ggx) job_.masking = preset->masking;
         if (job_.distribution != Distribution::ggx) job_.importance = Importance::ndf;
         if (charlie) job_.importance = Importance::uniform;
         word(job_.masking, "/microfacet/masking");

@@ -130,6 +130,27 @@ TEST(Convention, MappingGridFlipAndRangeInWords) {
     EXPECT_EQ(lines[4], "B: 0, carries no quantity (PNG has no two-channel colour)");
 }
 
+TEST(Convention, PresetsSayTheirShiftBoundsAndChannels) {
+    const auto lines_of = [](const char* layout) {
+        return convention(job_of(R"({"quantities": ["split_sum_bias", "directional_albedo"],
+                                     "resolution": [64, 64], "layout": ")" +
+                                 std::string(layout) + "\"}"));
+    };
+    const std::string rows =
+        "y: roughness from 1 (row 0, top of the image) to 0, flipped, linear in roughness, texel "
+        "centres: row i of 64 lies at t = 1 - (i + 0.5)/64 + 1/64, roughness = t";
+    const std::string look_up = "; look up at v = 1 - t + 1/64";
+    const auto filament = lines_of("filament"), godot = lines_of("godot");
+    EXPECT_EQ(filament[1], rows + ", at most 1" + look_up);
+    EXPECT_EQ(godot[1], rows + ", not bounded, so beyond 1 at that end" + look_up);
+    EXPECT_EQ(filament[5],
+              "layout filament reads R = split_sum_bias, G = directional_albedo "
+              "(--ibl-dfg-multiscatter)");
+    EXPECT_NE(godot[4].find("masking karis_ibl"), std::string::npos) << godot[4];
+    const std::string cycles = lines_of("cycles")[0];
+    EXPECT_NE(cycles.find("roughness = t, at least 1e-04;"), std::string::npos) << cycles;
+}
+
 TEST(Convention, OneAxisAndFiveChannels) {
     const JobSpec averages = job_of(
         R"({"quantities": ["average_albedo"], "resolution": [64],

@@ -111,7 +111,7 @@ TEST(WrongJobs, NearMissesGetASuggestion) {
 TEST(WrongJobs, AllProblemsComeAtOnce) {
     const Refusal answer = refusal(R"({
         "quantities": ["split_sum_scale", "brdf", "split_sum_scale"], "resolution": [0, 5000],
-        "layout": "unity",
+        "layout": "blender",
         "sample_count": 0, "sampler": "halton", "seed": -1, "spp": 64, "precision": 32,
         "microfacet": {"distribution": "phong", "masking": "cook", "alpha": 1},
         "output": {"format": "png", "pixel": "half"}})");

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/spec/layouts.h"
+
+#include <algorithm>
+
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+using enum Quantity;
+
+constexpr double kUnbounded = Axis{}.most;
+constexpr Axis kNoV{.parameter = Parameter::NoV};
+constexpr Axis kRoughness{.parameter = Parameter::roughness};
+// Blender's generator and reader keep both parameters away from 0.
+constexpr double kCyclesLeast = 1e-4;
+constexpr Axis kCyclesRoughness{
+    .parameter = Parameter::roughness, .grid = Grid::node, .least = kCyclesLeast};
+
+/// r = (n − y + ½) / n in row y of n: one texel above the flipped centre (n − y − ½) / n.
+constexpr Axis one_texel_high(double most) {
+    return {.parameter = Parameter::roughness, .flip = true, .shift = 1, .most = most};
+}
+
+std::vector<LayoutPreset> make_presets() {
+    const ChannelSet split{{split_sum_scale, split_sum_bias}, "the split sum"};
+    // lerp(R, G, F0) = F0 A + F90 B with F90 = 1, and G alone is E.
+    const ChannelSet lerped{{split_sum_bias, directional_albedo}, "B and A + B"};
+    return {
+        {.name = "kiln",
+         .program = "",
+         .axes = {kNoV, kRoughness},
+         .single_axis = kRoughness,
+         .channel_sets = {}},
+        // The shader: F0 A + saturate(50 F0.g) B.
+        {.name = "unreal",
+         .program = "Unreal Engine 4 (PreintegratedGF, 128 x 32, 16-bit UNORM)",
+         .axes = {kNoV, kRoughness},
+         .single_axis = {},
+         .masking = Masking::unreal_joint,
+         .channel_sets = {split}},
+        {.name = "unity",
+         .program = "Unity HDRP (PreIntegratedFGD, 64 x 64)",
+         .axes = {{.parameter = Parameter::NoV, .mapping = Mapping::sqrt, .grid = Grid::node},
+                  {.parameter = Parameter::roughness, .grid = Grid::node}},
+         .single_axis = {},
+         .channel_sets = {lerped,
+                          {{split_sum_bias, directional_albedo, diffuse_albedo},
+                           "with Disney's diffuse (burley), of which Unity stores the value "
+                           "minus 0.5"}}},
+        {.name = "filament",
+         .program = "Filament (cmgen --ibl-dfg: rows one texel high)",
+         .axes = {kNoV, one_texel_high(1)},
+         .single_axis = {},
+         .channel_sets = {{lerped.quantities, "--ibl-dfg-multiscatter"},
+                          {split.quantities, "without it"}}},
+        {.name = "godot",
+         .program = "Godot 4 (integrate_dfg, 128 x 128: rows one texel high, row 0 beyond 1)",
+         .axes = {kNoV, one_texel_high(kUnbounded)},
+         .single_axis = {},
+         .masking = Masking::karis_ibl,
+         .channel_sets = {{lerped.quantities, "Godot's B holds cloth, a job of its own, its A 1"}}},
+        {.name = "threejs",
+         .program = "three.js (DFGLUTData, 16 x 16)",
+         .axes = {kRoughness, kNoV},
+         .single_axis = {},
+         .channel_sets = {split}},
+        {.name = "babylon",
+         .program = "Babylon.js (environmentBRDF, 256 x 256)",
+         .axes = {kNoV, kRoughness},
+         .single_axis = {},
+         .channel_sets = {{lerped.quantities,
+                           "Babylon's B holds sheen, a job of its own; its PNG is RGBD, "
+                           "which Kiln does not write"}}},
+        {.name = "cycles",
+         .program = "Blender Cycles (table_ggx_E 32 x 32, table_ggx_Eavg 32)",
+         .axes = {kCyclesRoughness,
+                  {.parameter = Parameter::NoV, .grid = Grid::node, .least = kCyclesLeast}},
+         .single_axis = kCyclesRoughness,
+         .channel_sets = {{{directional_albedo}, "table_ggx_E"},
+                          {{average_albedo}, "table_ggx_Eavg, one entry in resolution"}}},
+        {.name = "gltf",
+         .program = "glTF-IBL-Sampler and glTF-Sample-Viewer (lut_ggx)",
+         .axes = {kNoV, kRoughness},
+         .single_axis = {},
+         .channel_sets = {{split.quantities, "the viewer's B holds Charlie, a job of its own"}}},
+    };
+}
+
+std::string channels_of_set(const ChannelSet& set) {
+    std::string text;
+    for (std::size_t i = 0; i < set.quantities.size(); ++i)
+        text += (i ? ", " : "") + std::string(1, "RGBA"[i]) + " = " +
+                std::string(to_word(set.quantities[i]));
+    return text;
+}
+
+}  // namespace
+
+std::span<const LayoutPreset> layout_presets() {
+    static const std::vector<LayoutPreset> presets = make_presets();
+    return presets;
+}
+
+const LayoutPreset* layout_preset(std::string_view name) {
+    for (const LayoutPreset& preset : layout_presets())
+        if (preset.name == name) return &preset;
+    return nullptr;
+}
+
+std::vector<std::string> layout_lines(const JobSpec& job) {
+    const LayoutPreset* preset = layout_preset(job.layout);
+    if (!preset || preset->program.empty()) return {};
+    std::vector<std::string> lines{"layout " + preset->name + ": as read by " + preset->program +
+                                   ", masking " + std::string(to_word(preset->masking))};
+    for (const ChannelSet& set : preset->channel_sets)
+        lines.push_back("layout " + preset->name + " reads " + channels_of_set(set) + " (" +
+                        set.table + ")");
+    return lines;
+}
+
+std::vector<std::string> layout_warnings(const JobSpec& job) {
+    const LayoutPreset* preset = layout_preset(job.layout);
+    if (!preset || preset->program.empty()) return {};
+    std::vector<std::string> warnings;
+    const std::string start = "layout \"" + preset->name + "\": ";
+    if (job.distribution == Distribution::ggx && job.masking != preset->masking)
+        warnings.push_back(start + "the program was made for masking " +
+                           std::string(to_word(preset->masking)) + ", this table has " +
+                           std::string(to_word(job.masking)));
+    const auto& sets = preset->channel_sets;
+    const bool read = std::any_of(sets.begin(), sets.end(), [&](const ChannelSet& set) {
+        return set.quantities == job.quantities;
+    });
+    // Another distribution is a table of its own (cloth, sheen), for a channel of the program's.
+    if (read || job.distribution != Distribution::ggx) return warnings;
+    std::string expected;
+    for (const ChannelSet& set : sets)
+        expected += (expected.empty() ? "" : "; or ") + channels_of_set(set);
+    warnings.push_back(start + "the program reads " + expected + ", this table has others");
+    return warnings;
+}
+
+}  // namespace kiln

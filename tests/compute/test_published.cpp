@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tables that other programs write or publish, each under the preset of that program. Their own
+// error is known from quadrature; the wrong axes are worse than it.
+#include <ImathBox.h>
+#include <ImfRgbaFile.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "server/spec/spec.h"
+#include "tests/compute/against_reference.h"
+
+namespace kiln {
+namespace {
+
+using namespace against_reference;
+
+struct Distance {
+    double rms = 0, max = 0;
+};
+
+Distance distance(const std::vector<float>& ours, const Values& theirs) {
+    EXPECT_EQ(ours.size(), theirs.size());
+    Distance d;
+    for (std::size_t i = 0; i < std::min(ours.size(), theirs.size()); ++i) {
+        const double off = std::abs(ours[i] - theirs[i]);
+        d.max = std::max(d.max, off);
+        d.rms += off * off / static_cast<double>(theirs.size());
+    }
+    d.rms = std::sqrt(d.rms);
+    return d;
+}
+
+Outcome outcome_of(const std::string& layout, const std::string& quantities,
+                   const std::string& resolution, std::int64_t sample_count) {
+    return bake(parse_job(R"({"device":"native","layout":)" + layout + R"(,"quantities":)" +
+                          quantities + R"(,"resolution":)" + resolution + R"(,"sample_count":)" +
+                          std::to_string(sample_count) + "}"));
+}
+
+Table bake_of(const std::string& layout, const std::string& quantities,
+              const std::string& resolution, std::int64_t sample_count) {
+    return outcome_of(layout, quantities, resolution, sample_count).table;
+}
+
+/// A folder that is gone with this object.
+class TemporaryFolder {
+  public:
+    TemporaryFolder() {
+        std::string name = KILN_BINARY_DIR "/published-XXXXXX";
+        if (!mkdtemp(name.data())) throw std::runtime_error("mkdtemp");
+        path_ = name;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+/// The first two channels of what cmgen writes for 64 x 64, top row first. Its file is compressed
+/// by PIZ, which Kiln's own reader leaves to the library.
+std::array<Values, 2> run_cmgen(const std::string& options) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path() / "dfg.exr";
+    const std::string command = "cmgen --quiet " + options + " --ibl-dfg='" + file + "' -s 64";
+    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    Imf::RgbaInputFile in(file.c_str());
+    const std::size_t count = 64 * 64;
+    EXPECT_EQ(in.dataWindow(), Imath::Box2i({0, 0}, {63, 63}));
+    std::vector<Imf::Rgba> texels(count);
+    in.setFrameBuffer(texels.data(), 1, 64);
+    in.readPixels(0, 63);
+    std::array<Values, 2> planes;
+    for (const Imf::Rgba& texel : texels) {
+        planes[0].push_back(texel.r);
+        planes[1].push_back(texel.g);
+    }
+    return planes;
+}
+
+// cmgen draws 1024 Hammersley points from D once for all texels: by quadrature its table is off by
+// up to 1.26e-2, rms 2.7e-3 in A and E, and up to 8e-3 in B. Ours is off by 1e-3 at most.
+TEST(Published, CmgenIsReproducedByItsPresetAlone) {
+    if (std::system("command -v cmgen >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "cmgen is not installed (package libfilament-tools)";
+    struct Case {
+        const char *options, *quantities;
+    };
+    for (const Case& c :
+         {Case{"", R"(["split_sum_scale","split_sum_bias"])"},
+          Case{"--ibl-dfg-multiscatter", R"(["split_sum_bias","directional_albedo"])"}}) {
+        SCOPED_TRACE(c.quantities);
+        const std::array<Values, 2> theirs = run_cmgen(c.options);
+        const Table ours = bake_of(R"("filament")", c.quantities, "[64,64]", 16384);
+        const Table plain =
+            bake_of(R"({"x":{"parameter":"NoV"},"y":{"parameter":"roughness","flip":true}})",
+                    c.quantities, "[64,64]", 16384);
+        double plain_max = 0;
+        for (std::size_t channel = 0; channel < 2; ++channel) {
+            const Distance d = distance(ours.planes[channel], theirs[channel]);
+            EXPECT_LE(d.max, 1.4e-2) << channel;
+            EXPECT_LE(d.rms, 3.5e-3) << channel;
+            plain_max = std::max(plain_max, distance(plain.planes[channel], theirs[channel]).max);
+        }
+        EXPECT_GE(plain_max, 3e-2);
+    }
+}
+
+/// Empty where there is none.
+std::filesystem::path published_folder() {
+    const char* given = std::getenv("KILN_PUBLISHED_TABLES");
+    const std::filesystem::path folder = given ? given : KILN_SOURCE_DIR "/../shared/data/luts";
+    return std::filesystem::exists(folder) ? folder : "";
+}
+
+Values numbers_in(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    EXPECT_TRUE(in.good()) << file;
+    Values values;
+    for (std::string word; in >> word;) {
+        std::istringstream line(word);
+        for (std::string number; std::getline(line, number, ',');)
+            values.push_back(std::stod(number));
+    }
+    return values;
+}
+
+constexpr const char* kNoFolder =
+    "no folder of published tables; KILN_PUBLISHED_TABLES may name one";
+
+// By quadrature three.js' A is off by up to 1.4e-2 (in the first row), on average 8e-4, its B by up
+// to 6.7e-4.
+TEST(Published, ThreeJsIsReproducedByItsPresetAlone) {
+    const std::filesystem::path folder = published_folder();
+    if (folder.empty()) GTEST_SKIP() << kNoFolder;
+    const char* quantities = R"(["split_sum_scale","split_sum_bias"])";
+    const Table ours = bake_of(R"("threejs")", quantities, "[16,16]", 65536);
+    const Table plain = bake_of(R"("kiln")", quantities, "[16,16]", 65536);
+    const Values A = numbers_in(folder / "threejs/dfg_A_16x16.csv");
+    const Values B = numbers_in(folder / "threejs/dfg_B_16x16.csv");
+    EXPECT_LE(distance(ours.planes[0], A).max, 1.5e-2);
+    EXPECT_LE(distance(ours.planes[0], A).rms, 2.5e-3);
+    EXPECT_LE(distance(ours.planes[1], B).max, 1e-3);
+    EXPECT_GE(distance(plain.planes[0], A).max, .3);
+    EXPECT_GE(distance(plain.planes[1], B).max, .2);
+}
+
+// Cycles' averages are good to 6e-7 and rounded to six digits (5e-7); ours to five of their
+// standard errors and float's rounding. 2^20 scrambled points leave 2e-5 at most, where a
+// half-texel shift costs more than 5e-3.
+TEST(Published, CyclesAveragesAreReproduced) {
+    const std::filesystem::path folder = published_folder();
+    if (folder.empty()) GTEST_SKIP() << kNoFolder;
+    const Values theirs = numbers_in(folder / "blender-cycles/table_ggx_Eavg.csv");
+    const Outcome ours = outcome_of(R"("cycles")", R"(["average_albedo"])", "[32]", 1 << 20);
+    ASSERT_EQ(theirs.size(), 32U);
+    for (std::size_t i = 0; i < theirs.size(); ++i)
+        EXPECT_NEAR(ours.table.planes[0][i], theirs[i],
+                    5 * ours.standard_errors[0][i] + kRounding + 1.1e-6)
+            << i;
+    EXPECT_LE(distance(ours.table.planes[0], theirs).max, 2.5e-5);
+    const Table plain = bake_of(R"("kiln")", R"(["average_albedo"])", "[32]", 1 << 16);
+    EXPECT_GE(distance(plain.planes[0], theirs).max, 5e-3);
+}
+
+}  // namespace
+}  // namespace kiln
