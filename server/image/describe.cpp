@@ -51,7 +51,7 @@ std::string fresnel_words(const JobSpec& job) {
     const FresnelModel& f = job.fresnel;
     const std::string exponent = number(f.model == Fresnel::schlick ? f.exponent : 5);
     if (!any(job, reads_fresnel))
-        return any(job, is_split_sum) ? "schlick, F = F0 + (F90 - F0)(1 - VoH)^" + exponent
+        return any(job, is_split_sum) ? "schlick (1994), F = F0 + (F90 - F0)(1 - VoH)^" + exponent
                                       : "none";
     const std::string name = text(to_word(f.model));
     switch (f.model) {

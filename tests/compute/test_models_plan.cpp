@@ -80,8 +80,13 @@ TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
 
 TEST(Plan, ThreeChannelsCostThreeFresnelTermsAndOneLobe) {
     JobSpec job = few({Quantity::specular_albedo, Quantity::directional_albedo});
-    job.fresnel.f0 = {0.9, 0.6, 0.2};
+    job.fresnel.model = Fresnel::conductor;
+    job.fresnel.metal = Metal::copper;
     costs(job, {8, 24, 0, false, true, true}, "three channels");
+    // Schlick's three are combinations of the same two terms.
+    job.fresnel = {};
+    job.fresnel.f0 = {0.9, 0.6, 0.2};
+    costs(job, {8, 8, 0, false, true, true}, "three channels of Schlick");
 }
 
 /// Bits of slice z of every plane beside the two-dimensional job with that number.

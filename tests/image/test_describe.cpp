@@ -72,7 +72,8 @@ TEST(Describe, SaysEverythingThatReproducesTheTable) {
     EXPECT_EQ(read["kiln.color"], "linear data, no transfer function");
     EXPECT_EQ(read["kiln.standard_error_max"],
               "0.1");  // the shortest text, not 0.1000000000000000055
-    EXPECT_EQ(described(job_of(kSplitSum))["kiln.fresnel"], "schlick");
+    EXPECT_EQ(described(job_of(kSplitSum))["kiln.fresnel"],
+              "schlick (1994), F = F0 + (F90 - F0)(1 - VoH)^5");
 }
 
 TEST(Describe, NoStandardErrorIsLeftOut) {
@@ -108,7 +109,7 @@ TEST(Convention, DefaultLayoutInWords) {
         "alpha = roughness^2",
         "distribution: ggx (Walter et al. 2007)",
         "masking: height-correlated Smith (Heitz 2014)",
-        "Fresnel: Schlick 1994, F = F0 + (F90 - F0)(1 - VoH)^5",
+        "Fresnel: schlick (1994), F = F0 + (F90 - F0)(1 - VoH)^5",
         "V points away from the surface, NoV = cos(theta)",
         "values: linear data, no transfer function",
         "lookup: bilinear, clamp to edge, no mipmaps"};
