@@ -34,15 +34,9 @@ void run(benchmark::State& state, Backend& backend, const Specialisation& what) 
         const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
         texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
     }
-    const PointSet set =
-        make_points(Sampler::sobol_owen,
-                    point_kind(static_cast<Distribution>(what.material.distribution),
-                               static_cast<Importance>(what.material.importance)),
-                    0, kSamples);
+    const PointSet set = make_points(Sampler::sobol_owen, point_kind(what.material), 0, kSamples);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
-    std::vector<Scalar> parameters(kParameterCount);  // legal for every model
-    for (std::size_t p = 0; p < kParameterCount; ++p)
-        parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+    const auto parameters = any_parameters<Scalar>();
     std::vector<Scalar> sums(
         set.batches.size() *
         static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms))) *

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What one sample of the fast path contributes: GGX under Smith, half vectors from visible or from
 // all normals. The terms belong to the closed set from which every quantity is a combination
-// (server/compute/quantity.h): dead ones are compiled out.
+// (server/compute/terms.h): dead ones are compiled out.
 
 #define KILN_TERM_WEIGHT 1   // f NoL / pdf:             its mean is E
 #define KILN_TERM_FRESNEL 2  // (1 − VoH)^5 f NoL / pdf: its mean is B

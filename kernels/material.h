@@ -2,10 +2,13 @@
 // The general path: any lobe, Fresnel and diffuse model that the fast path (integrand.h, batch.h)
 // does not know, one point after the other.
 
-// Beside the terms of integrand.h. A coloured one is three bits, R G B.
-#define KILN_TERM_COLOUR 8         // F(VoH) f NoL / pdf
-#define KILN_TERM_DIFFUSE 64       // π f_d under cosine sampling: its mean is the albedo
-#define KILN_TERM_TRANSMITTED 512  // (1 − F(VoH)) π f_d
+// Beside the terms of integrand.h. A coloured one is three sums, R G B, from its first on.
+#define KILN_FIRST_COLOUR 3
+#define KILN_FIRST_DIFFUSE 6
+#define KILN_FIRST_TRANSMITTED 9
+#define KILN_TERM_COLOUR (1 << KILN_FIRST_COLOUR)    // F(VoH) f NoL / pdf
+#define KILN_TERM_DIFFUSE (1 << KILN_FIRST_DIFFUSE)  // π f_d under cosine sampling: the albedo
+#define KILN_TERM_TRANSMITTED (1 << KILN_FIRST_TRANSMITTED)  // (1 − F(VoH)) π f_d
 #define KILN_TERM_COUNT 12
 #define KILN_TERMS_DIFFUSE (7 * KILN_TERM_DIFFUSE | 7 * KILN_TERM_TRANSMITTED)
 
@@ -43,9 +46,9 @@ KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p
         const int diffuse = KILN_TERM_DIFFUSE << c, transmitted = KILN_TERM_TRANSMITTED << c;
         if (!(what.terms & (diffuse | transmitted))) continue;
         const real lobe = diffuse_lobe(what.diffuse, d, roughness, p[KILN_PARAMETER_ALBEDO + c]);
-        if (what.terms & diffuse) sums.term[6 + c] += lobe;
+        if (what.terms & diffuse) sums.term[KILN_FIRST_DIFFUSE + c] += lobe;
         if (what.terms & transmitted)
-            sums.term[9 + c] +=
+            sums.term[KILN_FIRST_TRANSMITTED + c] +=
                 lobe * (K(1.0) - fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, d.VoH));
     }
     return sums;
@@ -77,14 +80,12 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     }
     *VoH = s.VoH;
     // A light below the horizon must not reach the visibility: its denominators may vanish there.
-    const real above = lane_select(s.NoL > none, s.NoL, lanes(K(1.0)));
-    const real lit = s.factor;
-    s.sinL = lane_select(s.NoL > none, s.sinL, none);
-    const real below = s.NoL;
-    s.NoL = above;
+    const real NoL = s.NoL;
+    s.sinL = lane_select(NoL > none, s.sinL, none);
+    s.NoL = lane_select(NoL > none, NoL, lanes(K(1.0)));
+    const real visibility = microfacet_visibility(what.distribution, what.masking, view.alpha, s);
     Terms terms;
-    const real weight = lit * microfacet_visibility(what.distribution, what.masking, view.alpha, s);
-    terms.weight = lane_select(below > none, weight, none);
+    terms.weight = lane_select(NoL > none, s.factor * visibility, none);
     terms.fresnel = none;
     terms.deficit = K(1.0) - terms.weight;
     return terms;
@@ -100,7 +101,7 @@ KILN_FUNCTION Sums specular_sums(const Material what, KILN_GLOBAL const scalar* 
     if (what.terms & KILN_TERM_DEFICIT) sums.term[2] += lobe.deficit;
     for (int c = 0; c < 3; ++c)
         if (what.terms & (KILN_TERM_COLOUR << c))
-            sums.term[3 + c] +=
+            sums.term[KILN_FIRST_COLOUR + c] +=
                 lobe.weight * fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, VoH);
     return sums;
 }

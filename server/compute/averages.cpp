@@ -18,6 +18,7 @@ Averages exact_averages(const JobSpec& job, const Control& control) {
     Averages averages;
     for (std::size_t i = 0; i < places.count(); ++i) {
         averages.deficit.push_back(quadrature_average_deficit(places.alpha(i), job.masking));
+        control.progress({});
         if (control.cancelled()) throw Cancelled();
     }
     averages.standard_error.assign(places.count(), 0);
@@ -27,8 +28,7 @@ Averages exact_averages(const JobSpec& job, const Control& control) {
 
 Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
                           const Control& control) {
-    if (job.distribution == Distribution::ggx && job.masking <= Masking::smith_separable)
-        return exact_averages(job, control);
+    if (quadrature_knows_lobe(job)) return exact_averages(job, control);
     const std::size_t rough = roughness_axis(job);
     JobSpec line = job;
     line.quantities = {Quantity::average_albedo};
@@ -36,10 +36,11 @@ Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
     line.axes = {job.axes[rough]};
     line.precision = Precision::float64;
     line.sample_count = std::max(job.sample_count, kAverageSamplesMin);
-    Control quiet;
-    quiet.cancelled = control.cancelled;
+    Control alive;  // says that it works, not how much of the job is done
+    alive.progress = [&](const Progress&) { control.progress({}); };
+    alive.cancelled = control.cancelled;
     const Plan plan = make_plan(line, [] { return Averages{}; });
-    const Outcome outcome = integrate(line, plan, native, pool, quiet, true);
+    const Outcome outcome = integrate(line, plan, native, pool, alive, true);
     Averages averages;
     for (const float E_avg : outcome.table.planes[0])
         averages.deficit.push_back(1 - static_cast<double>(E_avg));

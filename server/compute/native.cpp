@@ -2,6 +2,7 @@
 #include "server/compute/native.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "server/base/error.h"
 
@@ -30,49 +31,56 @@ class NativeBackend : public Backend {
     NativeBackend(ThreadPool& pool, InstructionSet set) : pool_(pool), kernels_(kernels_of(set)) {}
 
     void run(const Launch<float>& launch) override {
-        run_groups(launch, static_cast<std::size_t>(kernels_.float_lanes), kernels_.find_float);
+        run_groups(launch, kernels_.float_lanes, kernels_.find_float(launch.what.material));
     }
     void run(const Launch<double>& launch) override {
-        run_groups(launch, static_cast<std::size_t>(kernels_.double_lanes), kernels_.find_double);
+        run_groups(launch, kernels_.double_lanes, kernels_.find_double(launch.what.material));
     }
     void run(const QuadratureLaunch<float>& launch) override {
-        run_quadrature(launch, static_cast<std::size_t>(kernels_.float_lanes),
-                       kernels_.find_quadrature_float);
+        const auto [masking, fresnel] = numbers(launch.what);
+        run_quadrature(launch, kernels_.float_lanes,
+                       kernels_.find_quadrature_float(masking, fresnel));
     }
     void run(const QuadratureLaunch<double>& launch) override {
-        run_quadrature(launch, static_cast<std::size_t>(kernels_.double_lanes),
-                       kernels_.find_quadrature_double);
+        const auto [masking, fresnel] = numbers(launch.what);
+        run_quadrature(launch, kernels_.double_lanes,
+                       kernels_.find_quadrature_double(masking, fresnel));
     }
 
   private:
-    template <typename Scalar, typename Find>
-    void run_quadrature(const QuadratureLaunch<Scalar>& launch, std::size_t lanes, Find find) {
-        const NativeQuadrature<Scalar> function =
-            find(static_cast<int>(launch.what.masking), launch.what.fresnel ? 1 : 0);
-        pool_.parallel_for(
-            (launch.texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
-                const std::size_t end = std::min((task + 1) * kTexelsATask, launch.texel_stride);
-                for (std::size_t first = task * kTexelsATask; first < end; first += lanes)
-                    function({launch.texels.data() + first,
-                              launch.texels.data() + launch.texel_stride + first,
-                              launch.nodes.data(), launch.order, launch.texel_stride,
-                              launch.values.data() + first});
-            });
+    static std::pair<int, int> numbers(const QuadratureKind& kind) {
+        return {static_cast<int>(kind.masking), kind.fresnel ? 1 : 0};
     }
 
-    template <typename Scalar, typename Find>
-    void run_groups(const Launch<Scalar>& launch, std::size_t lanes, Find find) {
-        const NativeFunction<Scalar> function = find(launch.what.material);
-        pool_.parallel_for(
-            (launch.texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
-                const std::size_t end = std::min((task + 1) * kTexelsATask, launch.texel_stride);
-                for (std::size_t first = task * kTexelsATask; first < end; first += lanes)
-                    function({launch.texels.data() + first,
-                              launch.texels.data() + launch.texel_stride + first,
-                              launch.points.data(), launch.parameters.data(), launch.batches.data(),
-                              static_cast<unsigned>(launch.batches.size()), launch.texel_stride,
-                              launch.what.material, launch.sums.data() + first});
-            });
+    /// Calls body(first lane) for each lane group of a launch, on all threads.
+    template <typename Body>
+    void each_group(std::size_t texel_stride, int lanes, Body body) {
+        const auto step = static_cast<std::size_t>(lanes);
+        pool_.parallel_for((texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
+            const std::size_t end = std::min((task + 1) * kTexelsATask, texel_stride);
+            for (std::size_t first = task * kTexelsATask; first < end; first += step) body(first);
+        });
+    }
+
+    template <typename Scalar>
+    void run_quadrature(const QuadratureLaunch<Scalar>& launch, int lanes,
+                        NativeQuadrature<Scalar> function) {
+        each_group(launch.texel_stride, lanes, [&](std::size_t first) {
+            function({launch.texels.data() + first,
+                      launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
+                      launch.order, launch.texel_stride, launch.values.data() + first});
+        });
+    }
+
+    template <typename Scalar>
+    void run_groups(const Launch<Scalar>& launch, int lanes, NativeFunction<Scalar> function) {
+        each_group(launch.texel_stride, lanes, [&](std::size_t first) {
+            function({launch.texels.data() + first,
+                      launch.texels.data() + launch.texel_stride + first, launch.points.data(),
+                      launch.parameters.data(), launch.batches.data(),
+                      static_cast<unsigned>(launch.batches.size()), launch.texel_stride,
+                      launch.what.material, launch.sums.data() + first});
+        });
     }
 
     ThreadPool& pool_;

@@ -13,7 +13,7 @@ struct BatchRange {
 /// What a kernel computes, by the numbers of kernels/*.h. Mirrored by Integrand and Material there.
 struct KernelMaterial {
     int distribution = 0, masking = 0, importance = 0;
-    int terms = 0;     ///< bits 1 << term, see quantity.h
+    int terms = 0;     ///< bits 1 << term, see terms.h
     int averaged = 0;  ///< NoV comes with every point
     int fresnel = 0, diffuse = 0;
     int general = 0;  ///< by kernels/material.h, not by the fast path of kernels/batch.h

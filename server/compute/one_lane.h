@@ -30,6 +30,8 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #include "kernels/batch.h"
 #include "kernels/microfacet.h"
 #include "kernels/material.h"
+#include "kernels/ray.h"
+#include "kernels/quadrature.h"
 // clang-format on
 #undef KILN_DOUBLE
 #undef KILN_LANES

@@ -31,12 +31,6 @@ struct Room {
     std::size_t bytes = 0;
 };
 
-/// The kind of points that a program takes.
-PointKind trial_points(const KernelMaterial& material) {
-    return point_kind(static_cast<Distribution>(material.distribution),
-                      static_cast<Importance>(material.importance));
-}
-
 /// Options come from closed sets alone: no text of a user can reach the compiler.
 using Definitions = std::vector<std::pair<const char*, int>>;
 
@@ -219,11 +213,9 @@ struct OpenClBackend::State {
     bool equals_oracle(const Built& program, const Specialisation& what) const {
         constexpr std::size_t kStride = 64, kPoints = 64;
         const std::vector<Scalar> texels = trial_texels<Scalar>(8);
-        std::vector<Scalar> parameters(kParameterCount);  // legal for every model
-        for (std::size_t p = 0; p < kParameterCount; ++p)
-            parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+        const auto parameters = any_parameters<Scalar>();
         const PointSet set =
-            make_points(Sampler::sobol_owen, trial_points(what.material), 0, kPoints);
+            make_points(Sampler::sobol_owen, point_kind(what.material), 0, kPoints);
         const std::vector<Scalar> points(set.values.begin(), set.values.end());
         const std::size_t planes = static_cast<std::size_t>(
             __builtin_popcount(static_cast<unsigned>(what.material.terms)));

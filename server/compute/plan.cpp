@@ -86,7 +86,7 @@ class Planner {
         Pass made;
         made.what.material = lobe_of(job_);
         made.what.precision = job_.precision;
-        made.points = point_kind(job_.distribution, job_.importance);
+        made.points = point_kind(made.what.material);
         if (diffuse) {
             made.what.material = {};
             made.what.material.importance = static_cast<int>(Importance::cosine);
@@ -250,11 +250,11 @@ class Planner {
                 static_cast<int>(job_.diffuse.model) - static_cast<int>(DiffuseModel::lambert);
             const auto& albedo = job_.diffuse.albedo;
             for (std::size_t c = 0; c < 3; ++c)
-                pass.parameters[kParameterCount - 4 + c] = albedo[albedo.size() == 3 ? c : 0];
+                pass.parameters[kAlbedoParameter + c] = albedo[albedo.size() == 3 ? c : 0];
         }
         const double exponent =
             fresnel.model == Fresnel::schlick ? fresnel.exponent : kSchlickExponent;
-        pass.parameters[kParameterCount - 1] = exponent;
+        pass.parameters[kExponentParameter] = exponent;
         const bool fast_lobe = job_.distribution == Distribution::ggx &&
                                job_.masking <= Masking::smith_separable &&
                                job_.importance <= Importance::ndf;

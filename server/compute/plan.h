@@ -52,11 +52,12 @@ struct Plan {
     std::vector<LeftOut> left_out;
 };
 
-/// `average_deficits` gives 1 − E_avg of the job's lobe at each place of Places::averaged(job),
-/// with its standard error; asked only where a term of multiple scattering needs it.
+/// 1 − E_avg of the job's lobe at each place of Places::averaged(job), with its standard error.
 struct Averages {
     std::vector<double> deficit, standard_error;
 };
+
+/// `averages` is asked only where a term of multiple scattering needs it.
 Plan make_plan(const JobSpec& job, const std::function<Averages()>& averages);
 
 /// The lobe of a job as the kernels number it, with no term yet.

@@ -6,10 +6,26 @@
 #include <cmath>
 
 #include "server/compute/one_lane.h"
+#include "server/compute/terms.h"
 
 namespace kiln {
 
 namespace {
+
+// The host's names for what the kernels number (terms.h, points.h, job_spec.h).
+static_assert(1 << kWeight == KILN_TERM_WEIGHT && 1 << kSchlick == KILN_TERM_FRESNEL &&
+              1 << kDeficit == KILN_TERM_DEFICIT && 1 << kColour == KILN_TERM_COLOUR &&
+              1 << kDiffuse == KILN_TERM_DIFFUSE && 1 << kTransmitted == KILN_TERM_TRANSMITTED &&
+              kTermCount == KILN_TERM_COUNT);
+static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
+              kExponentParameter == KILN_PARAMETER_EXPONENT &&
+              kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS);
+static_assert(static_cast<int>(Masking::unreal_joint) == KILN_UNREAL_JOINT &&
+              static_cast<int>(Masking::charlie) == KILN_CHARLIE_MASKING &&
+              static_cast<int>(Distribution::charlie) == KILN_CHARLIE &&
+              static_cast<int>(Importance::uniform) == KILN_IMPORTANCE_UNIFORM &&
+              static_cast<int>(DiffuseModel::chan2024) - static_cast<int>(DiffuseModel::lambert) ==
+                  KILN_DIFFUSE_CHAN_2024);
 
 constexpr double kTwo32 = 4294967296.0;
 constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
@@ -195,13 +211,14 @@ double cos_turn(double u) {
     return negative ? -value : value;
 }
 
-PointKind point_kind(Distribution distribution, Importance importance) {
-    switch (importance) {
+PointKind point_kind(const KernelMaterial& material) {
+    switch (static_cast<Importance>(material.importance)) {
         case Importance::vndf:
             return PointKind::visible_normals;
         case Importance::ndf:
-            return distribution == Distribution::beckmann ? PointKind::beckmann_normals
-                                                          : PointKind::ggx_normals;
+            return static_cast<Distribution>(material.distribution) == Distribution::beckmann
+                       ? PointKind::beckmann_normals
+                       : PointKind::ggx_normals;
         case Importance::cosine:
             return PointKind::cosine;
         case Importance::uniform:

@@ -30,7 +30,8 @@ enum class PointKind {
     uniform,
     cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
 };
-PointKind point_kind(Distribution distribution, Importance importance);
+/// The kind that a specular lobe takes.
+PointKind point_kind(const KernelMaterial& material);
 
 /// All points of a job in the order in which they are summed.
 struct PointSet {

@@ -2,35 +2,17 @@
 // The kernel at one lane in double: what the reports' reference values come from.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
 
+#include "server/compute/one_lane.h"
 #include "server/compute/quadrature.h"
 
 namespace kiln {
 
 namespace {
 
-using scalar = double;
-using real = double;
-inline real lane_sqrt(real x) { return std::sqrt(x); }
-inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
-#define KILN_AS_BITS(x) std::bit_cast<std::int64_t>(x)
-#define KILN_AS_REAL(x) std::bit_cast<double>(x)
-#define KILN_DOUBLE 1
-#define KILN_LANES 1
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/lane.h"
-#include "kernels/lane_math.h"
-#include "kernels/lane_arc.h"
-#include "kernels/fresnel.h"
-#include "kernels/smith.h"
-#include "kernels/ray.h"
-#include "kernels/quadrature.h"
-// clang-format on
+using namespace one_lane;
 
 // A tenth of what is promised.
 constexpr double kAbsolute = 1e-10, kDeficitRelative = 1e-7;

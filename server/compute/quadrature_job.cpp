@@ -83,7 +83,7 @@ class Quadrature {
                                  });
             }
         done_ += count;
-        control_.progress({static_cast<double>(done_) / static_cast<double>(planned_), {}});
+        control_.progress({static_cast<double>(done_) / planned_places(), {}});
         if (control_.cancelled()) throw Cancelled();
     }
 
@@ -118,10 +118,13 @@ class Quadrature {
             means.weight.push_back(1 - deficit);
             means.deficit.push_back(deficit);
             means.error.push_back(1e-9f);
+            control_.progress({static_cast<double>(done_ + i - first) / planned_places(), {}});
             if (control_.cancelled()) throw Cancelled();
         }
         return means;
     }
+
+    double planned_places() const { return static_cast<double>(planned_); }
 
     void count_work(std::uint64_t evaluations, int terms) {
         Work& work = outcome_.report.work;

@@ -18,8 +18,20 @@ enum Term : std::size_t {
 };
 inline constexpr std::size_t kTermCount = 12;
 
-/// Numbers of the material that a launch carries: kernels/material.h.
-inline constexpr std::size_t kParameterCount = 28;
+/// Numbers of the material that a launch carries (kernels/material.h): Fresnel's of three channels,
+/// the diffuse albedo of each, Schlick's exponent of the split sum.
+inline constexpr std::size_t kAlbedoParameter = 24;
+inline constexpr std::size_t kExponentParameter = kAlbedoParameter + 3;
+inline constexpr std::size_t kParameterCount = kExponentParameter + 1;
+
+/// Parameters that no model objects to, for launches that compare devices and not materials.
+template <typename Scalar>
+std::array<Scalar, kParameterCount> any_parameters() {
+    std::array<Scalar, kParameterCount> parameters;
+    for (std::size_t p = 0; p < kParameterCount; ++p)
+        parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+    return parameters;
+}
 
 /// A linear combination of term means.
 using Combination = std::array<double, kTermCount>;

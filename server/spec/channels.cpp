@@ -45,6 +45,10 @@ int channel_count(const FresnelModel& model) {
     __builtin_unreachable();
 }
 
+bool quadrature_knows_lobe(const JobSpec& job) {
+    return job.distribution == Distribution::ggx && job.masking <= Masking::smith_separable;
+}
+
 std::vector<Channel> channels_of(const JobSpec& job) {
     std::vector<Channel> channels;
     for (const Quantity quantity : job.quantities) {

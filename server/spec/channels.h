@@ -24,6 +24,9 @@ bool reads_fresnel(Quantity quantity);
 bool reads_diffuse(Quantity quantity);
 bool reads_multiscatter(Quantity quantity);
 
+/// Whether the lobe is one that quadrature has a rule for (kernels/quadrature.h).
+bool quadrature_knows_lobe(const JobSpec& job);
+
 /// False for what is a function of roughness (or of nothing) alone, so that a table of one axis
 /// holds it.
 bool depends_on_NoV(Quantity quantity);

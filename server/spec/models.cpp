@@ -205,10 +205,9 @@ class Models {
             add("/integrator",
                 "\"quadrature\" has no rule for " + why + "; allowed here: monte_carlo");
         };
-        if (job_.distribution != Distribution::ggx)
-            refuse("distribution " + in_quotes(to_word(job_.distribution)));
-        else if (job_.masking > Masking::smith_separable)
-            refuse("masking " + in_quotes(to_word(job_.masking)));
+        if (!quadrature_knows_lobe(job_))
+            refuse("distribution " + in_quotes(to_word(job_.distribution)) + " under masking " +
+                   in_quotes(to_word(job_.masking)));
         else if (job_.fresnel.model == Fresnel::schlick && job_.fresnel.exponent != 5)
             refuse("a Schlick exponent that is not 5");
         for (const Quantity quantity : job_.quantities) {

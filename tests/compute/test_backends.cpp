@@ -25,18 +25,12 @@ std::vector<Scalar> sums(Backend& backend, Specialisation what) {
         const double roughness = static_cast<double>(i / 8) / 7;
         texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
     }
-    const PointSet set =
-        make_points(Sampler::sobol_owen,
-                    point_kind(static_cast<Distribution>(what.material.distribution),
-                               static_cast<Importance>(what.material.importance)),
-                    7, 16 * 37);
+    const PointSet set = make_points(Sampler::sobol_owen, point_kind(what.material), 7, 16 * 37);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
     const auto planes =
         static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms)));
     std::vector<Scalar> out(set.batches.size() * planes * kStride);
-    std::vector<Scalar> parameters(kParameterCount);
-    for (std::size_t p = 0; p < kParameterCount; ++p)
-        parameters[p] = static_cast<Scalar>(1.25 + 0.125 * static_cast<double>(p % 8));
+    const auto parameters = any_parameters<Scalar>();
     backend.run(Launch<Scalar>{what, kStride, texels, points, parameters, set.batches, out});
     return out;
 }
