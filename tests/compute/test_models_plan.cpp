@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "server/compute/averages.h"
+#include "server/compute/native.h"
+#include "server/spec/words.h"
 #include "tests/compute/models.h"
 
 // What a job costs, and that slices of a three-dimensional table are the tables of two dimensions.
@@ -87,6 +90,23 @@ TEST(Plan, ThreeChannelsCostThreeFresnelTermsAndOneLobe) {
     job.fresnel = {};
     job.fresnel.f0 = {0.9, 0.6, 0.2};
     costs(job, {8, 8, 0, false, true, true}, "three channels of Schlick");
+}
+
+// A worker that says nothing for long is taken for hung, so averages over a line speak as they go.
+TEST(Plan, AveragesSayThatTheyWork) {
+    ThreadPool pool(1);
+    const auto native = make_native_backend(pool, usable_instruction_sets().front());
+    for (const Distribution distribution : {Distribution::ggx, Distribution::beckmann}) {
+        JobSpec job = few({Quantity::compensated_albedo});
+        job.distribution = distribution;
+        if (distribution == Distribution::beckmann) job.importance = Importance::ndf;
+        int call_count = 0;
+        Control control;
+        control.progress = [&](const Progress&) { ++call_count; };
+        const Averages averages = average_deficits(job, *native, pool, control);
+        EXPECT_EQ(averages.deficit.size(), Places::averaged(job).count());
+        EXPECT_GT(call_count, 1) << to_word(distribution);
+    }
 }
 
 /// Bits of slice z of every plane beside the two-dimensional job with that number.
