@@ -23,6 +23,7 @@
 #include "server/http/bounds.h"
 #include "server/http/serve.h"
 #include "server/image/image.h"
+#include "server/scene/bounds.h"
 #include "server/settings/settings.h"
 #include "server/spec/contract.h"
 #include "server/store/blob_store.h"
@@ -96,7 +97,7 @@ std::uint64_t bytes_of(std::int64_t mebibytes) {
 kiln::Bounds every_bound() {
     kiln::Bounds all;
     for (const kiln::Bounds& some :
-         {kiln::http_bounds(), kiln::store_bounds(), kiln::worker_bounds()})
+         {kiln::http_bounds(), kiln::scene_bounds(), kiln::store_bounds(), kiln::worker_bounds()})
         all.insert(all.end(), some.begin(), some.end());
     return all;
 }

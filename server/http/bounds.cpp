@@ -24,6 +24,8 @@ Bounds http_bounds() {
          "A client that takes an answer more slowly is cut off."},
         {"coalesced_bytes_max", kCoalescedBytesMax, "bytes",
          "Of an answer, held back until more is there to send."},
+        {"upload_bytes_max", kUploadBytesMax, "bytes",
+         "Of all bodies larger than a batch that are held at one time."},
         {"image_index_entries_max", kImageIndexEntriesMax, "jobs",
          "Whose image is found without a look into the store."},
         {"worker_line_bytes_max", kWorkerLineBytesMax, "bytes",

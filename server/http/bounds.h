@@ -23,6 +23,8 @@ inline constexpr std::size_t kLingerBytesMax = 4 << 20;
 inline constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
 /// Small pieces of an answer that wait for the next large one.
 inline constexpr std::size_t kCoalescedBytesMax = 16 * 1024;
+/// Of all bodies above a batch's size that are held at one time: scenes.
+inline constexpr std::uint64_t kUploadBytesMax = 64 << 20;
 /// Finished jobs whose image's digest is at hand without a look into the store.
 inline constexpr std::size_t kImageIndexEntriesMax = 4096;
 

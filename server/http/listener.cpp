@@ -4,6 +4,7 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
+#include <atomic>
 #include <cstring>
 #include <mutex>
 
@@ -13,6 +14,7 @@
 #include "server/http/connection_pool.h"
 #include "server/http/problems.h"
 #include "server/http/request_head.h"
+#include "server/spec/limits.h"
 
 namespace kiln {
 
@@ -71,6 +73,24 @@ void correct(const httplib::Request&, httplib::Response& response) {
     response.headers.erase("Keep-Alive");
     if (pending->stream || response.status == 304) response.headers.erase("Content-Length");
 }
+
+/// The part of a request in the memory that large bodies share.
+class Upload {
+  public:
+    explicit Upload(std::atomic<std::uint64_t>& total) : total_(total) {}
+    ~Upload() { total_ -= bytes_; }
+    Upload(const Upload&) = delete;
+    Upload& operator=(const Upload&) = delete;
+    bool take(std::uint64_t bytes) {
+        if (bytes <= static_cast<std::uint64_t>(limits().batch_bytes_max)) return true;
+        bytes_ = bytes;
+        return (total_ += bytes) <= kUploadBytesMax;
+    }
+
+  private:
+    std::atomic<std::uint64_t>& total_;
+    std::uint64_t bytes_ = 0;
+};
 
 /// Gives the library's accepted sockets to the pool.
 class PoolQueue final : public httplib::TaskQueue {
@@ -161,6 +181,7 @@ class Listener::Server final : public httplib::Server {
         std::string text;
         RequestHead head;
         HttpResponse response;
+        Upload upload(upload_bytes_);
         bool closes = true;
         try {
             const auto read = connection.read_head(text, [this] {
@@ -171,7 +192,7 @@ class Listener::Server final : public httplib::Server {
             if (read == Connection::Head::timed_out)
                 throw kiln::Error("timeout", "the request head did not come in time");
             head = parse_head(text);
-            const bool body_taken = take_body(connection, head);
+            const bool body_taken = take_body(connection, head, upload);
             if (!body_taken) connection.linger();
             closes = !body_taken || !head.request.keep_alive || stopping_;
             head.request.client_gone = [&connection] { return connection.client_gone(); };
@@ -185,7 +206,7 @@ class Listener::Server final : public httplib::Server {
     }
 
     /// False when the body was left unread, since nothing at this path takes one.
-    bool take_body(Connection& connection, RequestHead& head) const {
+    bool take_body(Connection& connection, RequestHead& head, Upload& upload) const {
         if (head.content_length == 0) return true;
         const std::uint64_t bytes_max =
             head.request.method == "POST" ? options_.body_bytes_max(head.request.path) : 0;
@@ -194,6 +215,9 @@ class Listener::Server final : public httplib::Server {
             throw kiln::Error("too_large", "the body has " + std::to_string(head.content_length) +
                                                " bytes; at most " + std::to_string(bytes_max) +
                                                " are taken here");
+        if (!upload.take(head.content_length))
+            throw kiln::Error("too_many_uploads",
+                              "the server holds as many large bodies as it may; try again soon");
         if (head.expects_continue) {
             connection.write("HTTP/1.1 100 Continue\r\n\r\n");
             if (!connection.flush()) return false;
@@ -238,6 +262,7 @@ class Listener::Server final : public httplib::Server {
     HttpHandler handler_;
     ConnectionPool pool_;
     std::atomic<bool> stopping_{false};
+    std::atomic<std::uint64_t> upload_bytes_{0};
     int listening_socket_ = -1;
     std::string host_;
     int port_ = 0;

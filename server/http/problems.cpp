@@ -6,6 +6,7 @@
 
 #include "server/base/error.h"
 #include "server/base/log.h"
+#include "server/scene/scene.h"
 #include "server/spec/problem_document.h"
 
 namespace kiln {
@@ -37,11 +38,13 @@ constexpr std::array kRows{
     Row{"bad_range", 416, "Range not satisfiable"},
     Row{"bad_expectation", 417, "Expectation failed"},
     Row{"invalid_job", 422, "Invalid job"},
+    Row{"invalid_scene", 422, "Invalid scene"},
     Row{"queue_full", 429, "The queue is full"},
     Row{"headers_too_large", 431, "Request header too large"},
     Row{"store_failed", 503, "The store fails"},
     Row{"draining", 503, "The server is stopping"},
     Row{"too_many_connections", 503, "Too many connections"},
+    Row{"too_many_uploads", 503, "Too many uploads"},
     Row{"too_many_waiting", 503, "Too many waiting requests"},
     Row{"too_many_downloads", 503, "Too many downloads"},
     Row{"not_ready", 503, "Not ready"},
@@ -84,6 +87,8 @@ HttpResponse problem_of(const std::exception& failure) {
         return problem(malformed->code(), malformed->what(), malformed->problems);
     if (const auto* invalid = dynamic_cast<const InvalidJob*>(&failure))
         return problem("invalid_job", invalid->what(), invalid->problems);
+    if (const auto* scene = dynamic_cast<const InvalidScene*>(&failure))
+        return problem("invalid_scene", scene->what(), scene->problems);
     const auto* error = dynamic_cast<const Error*>(&failure);
     // What the store or an unforeseen failure says may tell of paths and statements.
     const bool inner = error == nullptr || error->code() == "store_failed" ||

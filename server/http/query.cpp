@@ -51,19 +51,43 @@ std::int64_t integer_of(const HttpRequest& request, const std::string& name, std
     return value;
 }
 
+namespace {
+/// The media type of a request's body, without parameters.
+class MediaType {
+  public:
+    explicit MediaType(const HttpRequest& request) {
+        const std::string_view type = request.header("content-type").value_or("");
+        word_ = type.substr(0, type.find(';'));
+        while (!word_.empty() && word_.back() == ' ') word_.remove_suffix(1);
+    }
+    bool empty() const { return word_.empty(); }
+    bool is(std::string_view name) const {
+        return word_.size() == name.size() &&
+               strncasecmp(word_.data(), name.data(), name.size()) == 0;
+    }
+
+  private:
+    std::string_view word_;
+};
+}  // namespace
+
+void expect_scene(const HttpRequest& request) {
+    const MediaType type(request);
+    for (const char* name :
+         {"model/gltf+json", "model/gltf-binary", "application/json", "application/octet-stream"})
+        if (type.is(name)) return;
+    throw Error("wrong_type",
+                "send the scene with Content-Type: model/gltf+json, model/gltf-binary, "
+                "application/json or application/octet-stream");
+}
+
 void expect_json(const HttpRequest& request) {
-    const std::string_view type = request.header("content-type").value_or("");
-    std::string_view word = type.substr(0, type.find(';'));
-    while (!word.empty() && word.back() == ' ') word.remove_suffix(1);
-    const auto is = [word](std::string_view name) {
-        return word.size() == name.size() &&
-               strncasecmp(word.data(), name.data(), name.size()) == 0;
-    };
-    if (is("application/json")) return;
+    const MediaType type(request);
+    if (type.is("application/json")) return;
     // What `curl --data` and urllib say unless told otherwise. Any web page can make a browser send
     // such a request to a loopback port, but not without Origin; JSON it cannot send without asking
     // first.
-    const bool simple = word.empty() || is("application/x-www-form-urlencoded");
+    const bool simple = type.empty() || type.is("application/x-www-form-urlencoded");
     if (simple && !request.header("origin")) return;
     throw Error("wrong_type", "send the document with Content-Type: application/json");
 }

@@ -82,6 +82,7 @@ Router make_router(Service& service) {
     Router router;
     add_job_routes(router, service);
     add_batch_routes(router, service);
+    add_plan_routes(router, service);
     add_image_routes(router, service);
     add_event_routes(router, service);
     add_operation_routes(router, service);
@@ -91,6 +92,7 @@ Router make_router(Service& service) {
 std::uint64_t body_bytes_max(const std::string& path) {
     if (path == "/v1/jobs") return static_cast<std::uint64_t>(limits().job_bytes_max);
     if (path == "/v1/batches") return static_cast<std::uint64_t>(limits().batch_bytes_max);
+    if (path == "/v1/plans") return static_cast<std::uint64_t>(limits().scene_bytes_max);
     return 0;
 }
 

@@ -90,6 +90,7 @@ bool is_final(JobState state);
 // Each adds the endpoints of one file. The service outlives the router.
 void add_job_routes(Router& router, Service& service);
 void add_batch_routes(Router& router, Service& service);
+void add_plan_routes(Router& router, Service& service);
 void add_image_routes(Router& router, Service& service);
 void add_event_routes(Router& router, Service& service);
 void add_operation_routes(Router& router, Service& service);

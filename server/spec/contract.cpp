@@ -56,6 +56,7 @@ void check_all_words(const Json& document) {
     check_words<DiffuseModel>(document, job + "diffuse/properties/model");
     check_words<Coupling>(document, job + "coupling");
     check_words<Multiscatter>(document, job + "multiscatter");
+    check_words<Multiscatter>(document, "/PlanOptions/properties/multiscatter");
     check_words<Precision>(document, job + "precision");
     check_words<DeviceChoice>(document, job + "device");
     check_words<ImageFormat>(document, "/Output/properties/format");
@@ -128,7 +129,8 @@ Limits read_limits(const Json& document) {
             .list_limit_max = value("list_limit_max"),
             .list_limit_default = value("list_limit_default"),
             .batch_jobs_max = value("batch_jobs_max"),
-            .batch_bytes_max = value("batch_bytes_max")};
+            .batch_bytes_max = value("batch_bytes_max"),
+            .scene_bytes_max = value("scene_bytes_max")};
 }
 
 }  // namespace

@@ -40,8 +40,10 @@ std::string reason(const std::string& what) {
 /// Builds the value while it guards depth, repeated names and number range.
 class Builder : public nlohmann::json_sax<Json> {
   public:
-    Builder(std::string_view text, std::int64_t depth_max)
-        : text_(text), depth_max_(static_cast<std::size_t>(depth_max)) {}
+    Builder(std::string_view text, const TextLimits& limits)
+        : text_(text),
+          depth_max_(static_cast<std::size_t>(limits.depth_max)),
+          values_max_(limits.values_max) {}
     Json take() { return std::move(root_); }
 
     bool null() override { return put(nullptr); }
@@ -97,6 +99,8 @@ class Builder : public nlohmann::json_sax<Json> {
         return result;
     }
     Json* place_value(Json&& value) {
+        if (++value_count_ > values_max_)
+            refuse("it has more than " + std::to_string(values_max_) + " values", pointer());
         if (stack_.empty()) return &(root_ = std::move(value));
         Json& parent = *stack_.back().value;
         if (parent.is_object()) return &(parent[stack_.back().name] = std::move(value));
@@ -121,6 +125,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
     std::string_view text_;
     std::size_t depth_max_;
+    std::int64_t values_max_, value_count_ = 0;
     Json root_;
     std::vector<Open> stack_;
 };
@@ -136,7 +141,7 @@ nlohmann::json parse_json(std::string_view text, const TextLimits& limits) {
     // The library's lexer takes a NUL byte for the end of the text and would ignore what follows.
     if (const auto nul = text.find('\0'); nul != text.npos)
         refuse(place(text, nul) + ": a NUL byte");
-    Builder builder(text, limits.depth_max);
+    Builder builder(text, limits);
     Json::sax_parse(text.begin(), text.end(), &builder);
     return builder.take();
 }

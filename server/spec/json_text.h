@@ -10,6 +10,8 @@ namespace kiln {
 struct TextLimits {
     std::int64_t bytes_max = 0;
     std::int64_t depth_max = 0;
+    /// Values of any kind, which take far more memory than their text; a job's bytes bound them.
+    std::int64_t values_max = INT64_MAX;
 };
 
 /// Untrusted RFC 8259 text to a value. Throws Malformed for text that is too large, too deep, not

@@ -20,6 +20,7 @@ struct Limits {
     std::int64_t list_limit_default = 0;
     std::int64_t batch_jobs_max = 0;
     std::int64_t batch_bytes_max = 0;
+    std::int64_t scene_bytes_max = 0;
 };
 
 /// Read once from the embedded contract. Throws Error("contract") when the contract contradicts

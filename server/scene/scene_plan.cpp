@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/scene/scene_plan.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "server/scene/table_jobs.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+
+namespace {
+
+using rules::Need;
+using enum Multiscatter;
+
+std::string text_of(double value) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+std::string text_of(const Range& range) {
+    return range.fixed() ? text_of(range.lo)
+                         : "[" + text_of(range.lo) + ", " + text_of(range.hi) + "]";
+}
+
+bool reads_specular(Lobe lobe) {
+    return lobe == Lobe::metal || lobe == Lobe::dielectric || lobe == Lobe::specular_glossiness ||
+           lobe == Lobe::clearcoat;
+}
+
+class Planner {
+  public:
+    Planner(SceneUse scene, const PlanOptions& options)
+        : needs_(rules::needs_of(scene)), options_(options) {
+        plan_.scene = std::move(scene);
+        plan_.options = options;
+    }
+
+    ScenePlan make() {
+        for (std::size_t i = 0; i < plan_.scene.materials.size(); ++i)
+            plan_.materials.push_back({i, {}});
+        make_full();
+        tell_unlit();
+        plan_specular();
+        plan_sheen();
+        plan_diffuse();
+        tell_measured();
+        tell_unserved();
+        for (PlannedTable& table : plan_.tables) finish(table);
+        return std::move(plan_);
+    }
+
+  private:
+    void leave(const char* rule, std::string what, std::string why) {
+        plan_.left_out.push_back({std::move(what), std::move(why), rule});
+    }
+
+    static void finish(PlannedTable& table) {
+        table.id = job_id(table.job);
+        table.estimate = estimate_of(table.job);
+    }
+
+    /// What an engine with these options bakes once for all scenes.
+    void make_full() {
+        const Range all{0, 1};
+        const auto add = [&](const char* name, TableKind kind, const Range& piece) {
+            PlannedTable table{name, table_job(kind, piece, options_, {}), "", {}, {}};
+            finish(table);
+            plan_.full.push_back(std::move(table));
+        };
+        add("specular", TableKind::specular, all);
+        if (needs_average()) add("average", TableKind::average, all);
+        add("sheen", TableKind::sheen, {kSheenRoughnessLeast, 1});
+        if (rules::diffuse_needs_table(options_.diffuse)) add("diffuse", TableKind::diffuse, all);
+    }
+
+    bool needs_average() const {
+        return options_.multiscatter == kulla_conty || options_.multiscatter == kulla_conty_linear;
+    }
+
+    void tell_unlit() {
+        std::size_t count = 0;
+        for (const MaterialUse& material : plan_.scene.materials) count += material.unlit ? 1 : 0;
+        if (count > 0)
+            leave("unlit", "every table of " + std::to_string(count) + " unlit materials",
+                  "an unlit material is its colour");
+    }
+
+    std::vector<Need> needs_within(const std::vector<Need>& needs, const Range& piece) const {
+        std::vector<Need> within;
+        for (const Need& need : needs)
+            if (piece.lo <= need.roughness.lo && need.roughness.hi <= piece.hi)
+                within.push_back(need);
+        return within;
+    }
+
+    std::size_t add_table(const std::string& kind_name, JobSpec job,
+                          const std::vector<Need>& needs) {
+        std::size_t same_kind = 1;
+        for (const PlannedTable& table : plan_.tables)
+            same_kind += table.name == kind_name || table.name.starts_with(kind_name + "_");
+        PlannedTable table{same_kind == 1 ? kind_name : kind_name + "_" + std::to_string(same_kind),
+                           std::move(job),
+                           "",
+                           {},
+                           {}};
+        for (const Need& need : needs) table.serves.push_back({need.material, need.lobe});
+        plan_.tables.push_back(std::move(table));
+        return plan_.tables.size() - 1;
+    }
+
+    void give(const std::vector<Need>& needs, std::optional<std::size_t> table,
+              std::optional<std::size_t> average, const std::string& form) {
+        for (const Need& need : needs)
+            plan_.materials[need.material].lobes.push_back(
+                {need.lobe, need.roughness, table, average, form});
+    }
+
+    void tell_pieces(const std::string& name, const std::vector<Range>& pieces,
+                     std::size_t need_count, double full_lo) {
+        for (const Range& piece : pieces) {
+            if (piece.fixed())
+                leave("row", name + ": every roughness but " + text_of(piece.lo),
+                      "nothing reads another near it; one row takes the place of a table");
+            else if (piece.lo > full_lo || piece.hi < 1)
+                leave("range", name + ": roughness outside " + text_of(piece),
+                      "nothing reads it; the axis runs over that range alone");
+        }
+        if (need_count > pieces.size() && !pieces.empty())
+            leave("equal",
+                  name + ": " + std::to_string(need_count - pieces.size()) + " further tables",
+                  std::to_string(need_count) + " lobes of materials read " +
+                      (pieces.size() == 1 ? "the same one"
+                                          : "the same " + std::to_string(pieces.size())));
+    }
+
+    void plan_specular() {
+        std::vector<Need> needs, mirrors;
+        for (const Need& need : needs_) {
+            if (!reads_specular(need.lobe)) continue;
+            (rules::is_mirror(need.roughness) ? mirrors : needs).push_back(need);
+        }
+        if (needs.empty() && mirrors.empty()) {
+            leave("no_specular", "split sum A, B",
+                  "no lit surface of the scene has a specular lobe");
+            if (needs_average()) leave("no_specular", "average albedo", "nothing reads it");
+            return;
+        }
+        std::vector<Range> used;
+        for (const Need& need : needs) used.push_back(need.roughness);
+        const std::vector<Range> pieces = rules::roughness_pieces(used, options_.resolution);
+        // A mirror within a range reads its table; alone it needs none.
+        const bool zero_there = !pieces.empty() && pieces.front().lo == 0;
+        if (zero_there) needs.insert(needs.end(), mirrors.begin(), mirrors.end());
+        if (!zero_there && !mirrors.empty()) {
+            leave("mirror", "a table for roughness 0",
+                  "a mirror's albedo is F(NoV) in closed form (" + std::to_string(mirrors.size()) +
+                      " lobes)");
+            give(mirrors, {}, {}, "F0 + (F90 - F0) (1 - NoV)^5");
+        }
+        tell_pieces("specular", pieces, needs.size(), 0);
+        for (const Range& piece : pieces) add_specular(piece, needs_within(needs, piece));
+        if (pieces.empty() && needs_average())
+            leave("average", "average albedo", "a mirror has nothing to compensate");
+    }
+
+    void add_specular(const Range& piece, const std::vector<Need>& needs) {
+        const std::string place = "specular, roughness " + text_of(piece);
+        PlanOptions options = options_;
+        const double added = rules::multiscatter_most(needs, options.multiscatter);
+        if (options.multiscatter != none && added <= rules::half_quantum(options.pixel)) {
+            leave("multiscatter", place + ": compensation of multiple scattering",
+                  "it adds at most " + text_of(added) + ", and half a step of " +
+                      std::string(to_word(options.pixel)) + " pixels is " +
+                      text_of(rules::half_quantum(options.pixel)));
+            options.multiscatter = none;
+        }
+        const bool compensated = options.multiscatter != none;
+        if (const auto one = rules::one_reflectance(needs)) {
+            const bool white = *one == rules::Reflectance{1, 1};
+            leave("one_reflectance", place + ": one of the channels A, B",
+                  "every lobe there has F0 = " + text_of(one->f0) + ", F90 = " + text_of(one->f90) +
+                      ": one channel holds F0 A + F90 B" +
+                      (compensated && !white ? ", compensated" : ""));
+            const std::size_t table =
+                add_table("specular", table_job(TableKind::specular, piece, options, one), needs);
+            give(needs, table, {},
+                 white && compensated ? "1 (T is E; compensation adds 1 - E)" : "T");
+            if (compensated && needs_average())
+                leave("average", place + ": average albedo",
+                      white ? "F = 1 gives back all that is missing"
+                            : "the compensation is in the table");
+            return;
+        }
+        const std::size_t table =
+            add_table("specular", table_job(TableKind::specular, piece, options, {}), needs);
+        std::optional<std::size_t> average;
+        if (compensated && needs_average())
+            average =
+                add_table("average", table_job(TableKind::average, piece, options, {}), needs);
+        give(needs, table, average, "F0 A + F90 B" + compensation_form(options.multiscatter));
+        if (!compensated && options_.multiscatter != none && needs_average())
+            leave("average", place + ": average albedo", "compensation alone reads it");
+    }
+
+    static std::string compensation_form(Multiscatter model) {
+        const std::string average = "F_avg = F0 + (F90 - F0) / 21, E = A + B, T = E_avg";
+        switch (model) {
+            case none:
+                return "";
+            case kulla_conty:
+                return " + F_avg^2 T / (1 - F_avg (1 - T)) (1 - E), " + average;
+            case kulla_conty_linear:
+                return " + F_avg T / (1 - F_avg (1 - T)) (1 - E), " + average;
+            case turquin:
+                return ", times 1 + F0 (1 - E) / E, E = A + B";
+        }
+        __builtin_unreachable();
+    }
+
+    void plan_sheen() {
+        std::vector<Need> needs;
+        std::vector<Range> used;
+        bool below = false;
+        for (Need need : needs_) {
+            if (need.lobe != Lobe::sheen) continue;
+            below |= need.roughness.lo < kSheenRoughnessLeast;
+            for (double* end : {&need.roughness.lo, &need.roughness.hi})
+                *end = std::max(*end, kSheenRoughnessLeast);
+            used.push_back(need.roughness);
+            needs.push_back(need);
+        }
+        if (needs.empty())
+            return leave("no_sheen", "sheen albedo (Charlie)", "nothing in the scene has sheen");
+        if (below)
+            plan_.scene.warnings.push_back(
+                "sheen of a roughness below " + text_of(kSheenRoughnessLeast) +
+                " reads the row of " + text_of(kSheenRoughnessLeast) +
+                ": below it Charlie's lobe is a spike at the horizon that no table resolves");
+        const auto pieces = rules::roughness_pieces(used, options_.resolution);
+        tell_pieces("sheen", pieces, needs.size(), kSheenRoughnessLeast);
+        for (const Range& piece : pieces) {
+            const auto within = needs_within(needs, piece);
+            const std::size_t table =
+                add_table("sheen", table_job(TableKind::sheen, piece, options_, {}), within);
+            give(within, table, {}, "T");
+        }
+    }
+
+    void plan_diffuse() {
+        std::vector<Need> needs;
+        std::vector<Range> used;
+        for (const Need& need : needs_) {
+            if (need.lobe != Lobe::diffuse) continue;
+            needs.push_back(need);
+            used.push_back(need.roughness);
+        }
+        if (needs.empty())
+            return leave("no_diffuse", "diffuse tables",
+                         rules::any_of(needs_, {Lobe::metal})
+                             ? "every lit surface of the scene is a metal or lets light through"
+                             : "nothing in the scene is diffuse");
+        if (!rules::diffuse_needs_table(options_.diffuse)) {
+            leave("lambert", "diffuse tables",
+                  "Lambert's albedo is the base colour at every angle");
+            return give(needs, {}, {}, "base colour");
+        }
+        const auto pieces = rules::roughness_pieces(used, options_.resolution);
+        tell_pieces("diffuse", pieces, needs.size(), 0);
+        for (const Range& piece : pieces) {
+            const auto within = needs_within(needs, piece);
+            const std::size_t table =
+                add_table("diffuse", table_job(TableKind::diffuse, piece, options_, {}), within);
+            give(within, table, {}, "base colour T");
+        }
+        if (options_.diffuse != DiffuseModel::burley)
+            plan_.scene.warnings.push_back(
+                "the diffuse table is that of a white surface; under model " +
+                std::string(to_word(options_.diffuse)) +
+                " a darker one is not exactly its colour times that");
+    }
+
+    void tell_measured() {
+        const rules::MeasuredUse use = rules::measured_use(plan_.scene);
+        plan_.measured = use.used;
+        for (const std::string& id : use.unused)
+            leave("measured", "measured material " + id, "no object uses it");
+    }
+
+    void tell_unserved() {
+        LobeSet lobes;
+        for (const MaterialUse& material : plan_.scene.materials) lobes.add(material.lobes);
+        const auto tell = [&](const char* what, const char* why) {
+            plan_.unserved.push_back({what, why, "unserved"});
+        };
+        if (lobes.has(Lobe::transmission))
+            tell("transmission",
+                 "reflection is served; no table holds what goes through a surface");
+        if (lobes.has(Lobe::anisotropy))
+            tell("anisotropy", "the tables are of isotropic lobes, which stand in for it");
+        if (lobes.has(Lobe::iridescence))
+            tell("iridescence", "A and B take the film's reflectance at normal incidence as F0");
+        if (!plan_.measured.empty())
+            tell("measured materials", "no job of this version bakes an atlas");
+    }
+
+    std::vector<Need> needs_;
+    PlanOptions options_;
+    ScenePlan plan_;
+};
+
+}  // namespace
+
+ScenePlan plan_scene(SceneUse scene, const PlanOptions& options) {
+    return Planner(std::move(scene), options).make();
+}
+
+}  // namespace kiln
