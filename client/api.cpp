@@ -113,6 +113,31 @@ JobStatus Api::submit(const std::string& job, double wait_s) {
     return job_in(ask(std::move(post)));
 }
 
+std::vector<JobStatus> Api::submit_batch(const std::vector<std::string>& jobs) {
+    HttpRequest post = request("POST", "/v1/batches");
+    post.body = batch_json(jobs);
+    post.answer_bytes_max = kListBytesMax;
+    auto answers = read_batch_answer(ask(std::move(post)).body);
+    if (!answers || answers->size() != jobs.size())
+        throw Failure(Exit::failed, "no_kiln_server", url_ + " does not answer like a Kiln server");
+    std::vector<JobStatus> result;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        HttpAnswer one;
+        one.status = (*answers)[i].status;
+        one.body = (*answers)[i].document;
+        // A full queue takes the rest when there is room: alone, with patience.
+        if (one.status == 429 || one.status == 503)
+            result.push_back(submit(jobs[i], 0));
+        else if (one.status < 200 || one.status >= 300)
+            throw refusal(url_, one);
+        else
+            result.push_back(job_in(one));
+    }
+    return result;
+}
+
+std::string Api::engine() { return read_engine(ask(request("GET", "/v1/capabilities")).body); }
+
 JobStatus Api::status(const std::string& id, double wait_s) {
     HttpRequest get = request("GET", "/v1/jobs/" + id + wait_query(wait_s));
     get.timeout += std::chrono::milliseconds(static_cast<long>(1000 * wait_s));

@@ -20,10 +20,14 @@ class Api {
     /// True where a Kiln server answers at once; throws nothing but Cancelled.
     bool answers();
     JobStatus submit(const std::string& job, double wait_s);
+    /// Many jobs in one request, each as submit() would tell of it.
+    std::vector<JobStatus> submit_batch(const std::vector<std::string>& jobs);
     JobStatus status(const std::string& id, double wait_s);
     /// The bytes, which have the SHA-256 that the server's ETag promised.
     std::string image(const std::string& id);
     std::string report(const std::string& id);
+    /// What the server bakes with: kernel digest "/" encoder revision.
+    std::string engine();
     /// False: it had finished already.
     bool cancel(const std::string& id);
     /// Newest first; state "" = all; pages are followed until `count_max` are there.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,20 @@ struct BakeOptions {
     ProgressMode progress = ProgressMode::automatic;
 };
 
+struct SceneOptions {
+    std::string scene;                  ///< file, or "-" for standard input
+    std::vector<std::string> settings;  ///< option=value of the contract's PlanOptions
+    std::string output;                 ///< folder
+    std::string report;                 ///< file, or "" for none beside that in the folder
+    std::string server;                 ///< "" where none was named
+    bool local = false;
+    std::optional<double> max_error;  ///< bound on the proof
+    bool prove = true;
+    double timeout_s = 0;  ///< 0 = none
+    bool json = false;
+    ProgressMode progress = ProgressMode::automatic;
+};
+
 struct ServerOptions {
     std::string server;  ///< "" where none was named
     bool json = false;
@@ -32,6 +47,11 @@ struct ServerOptions {
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
+/// Says what a scene needs, and what it does not; bakes nothing.
+Exit plan(const SceneOptions& options);
+/// Bakes a scene's plan into a folder: tables, manifest.json, report.json. Exit::different where a
+/// bound on the error was asked for and does not hold.
+Exit bake_scene(const SceneOptions& options);
 Exit info(const std::string& path, bool json);
 /// Exit::different above max_error in any texel, for NaN, and for files of different sizes or
 /// channels.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/json.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "server/compute/devices_json.h"
@@ -137,12 +138,44 @@ std::optional<Report> read_report(std::string_view text) {
                          .total = number_at(time, "total").value_or(0)};
     for (const auto& [quantity, channel] : object_at(*json, "error").items())
         if (channel.is_object()) report.error.push_back(channel_error(quantity, channel));
+    const Json& work = object_at(*json, "work");
+    const auto count = [&](const char* name) {
+        return static_cast<std::uint64_t>(std::max(0.0, number_at(work, name).value_or(0)));
+    };
+    report.work = {.brdf_evaluations = count("brdf_evaluations"),
+                   .fresnel_evaluations = count("fresnel_evaluations"),
+                   .multiscatter_evaluations = count("multiscatter_evaluations")};
     for (const Json& entry : array_at(*json, "left_out"))
         if (entry.is_object())
             report.left_out.push_back({text_at(entry, "what"), text_at(entry, "why")});
     for (const Json& warning : array_at(*json, "warnings"))
         if (warning.is_string()) report.warnings.push_back(warning.get<std::string>());
     return report;
+}
+
+std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text) {
+    const auto json = parse(text);
+    if (!json || !json->is_object()) return std::nullopt;
+    std::vector<BatchEntry> entries;
+    for (const Json& entry : array_at(*json, "jobs")) {
+        if (!entry.is_object()) return std::nullopt;
+        const auto status = static_cast<long>(number_at(entry, "status").value_or(0));
+        entries.push_back({status, dump(object_at(entry, status < 400 ? "job" : "problem"), -1)});
+    }
+    return entries;
+}
+
+std::string read_engine(std::string_view text) {
+    const auto json = parse(text);
+    if (!json || !json->is_object()) return "";
+    const std::string digest = text_at(*json, "kernel_digest");
+    return digest.empty() ? "" : digest + "/" + text_at(*json, "encoder_revision");
+}
+
+std::string batch_json(const std::vector<std::string>& jobs) {
+    Json list = Json::array();
+    for (const std::string& job : jobs) list.push_back(Json::parse(job));
+    return dump({{"jobs", list}}, -1);
 }
 
 bool is_capabilities(std::string_view text) {

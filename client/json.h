@@ -32,6 +32,11 @@ struct JobList {
     std::string next_cursor;  ///< "" on the last page
 };
 
+struct BatchEntry {
+    long status = 0;
+    std::string document;  ///< of the job, or the problem
+};
+
 struct ProblemDocument {
     std::string code, detail;
     std::vector<Problem> problems;
@@ -42,6 +47,9 @@ std::optional<JobStatus> read_job_status(std::string_view text);
 std::optional<JobList> read_job_list(std::string_view text);
 std::optional<ProblemDocument> read_problem(std::string_view text);
 std::optional<Report> read_report(std::string_view text);
+std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text);
+/// Kernel digest "/" encoder revision of GET /v1/capabilities; "" where it does not say.
+std::string read_engine(std::string_view text);
 /// True for an answer of GET /v1/capabilities.
 bool is_capabilities(std::string_view text);
 
@@ -50,6 +58,7 @@ bool lacks_output_format(std::string_view job_text);
 
 // Documents for --json, each one line of text or an indented object, without a line break at the
 // end.
+std::string batch_json(const std::vector<std::string>& jobs);
 std::string problem_json(const ProblemDocument& problem);
 std::string info_json(const Decoded& file, const std::vector<ChannelStatistics>& statistics,
                       const std::vector<std::string>& convention);

@@ -12,6 +12,7 @@
 #include "client/commands.h"
 #include "client/json.h"
 #include "server/base/version.h"
+#include "server/scene/scene.h"
 #include "server/spec/phrases.h"
 
 namespace kiln::client {
@@ -26,6 +27,7 @@ constexpr const char* kExitCodes =
 /// What the arguments ask for. `run` is set by the subcommand that was named.
 struct Arguments {
     BakeOptions bake;
+    SceneOptions scene;
     ServerOptions server;
     std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;
@@ -53,17 +55,88 @@ ProgressMode progress_mode(const std::string& word) {
     return modes.at(word);
 }
 
+/// A scene takes the options of a job, and these.
+void add_scene_options(CLI::App& command, Arguments& arguments) {
+    command
+        .add_option("--scene", arguments.scene.scene,
+                    "in place of a job: bake what this glTF scene or list of materials needs")
+        ->type_name("SCENE");
+    command
+        .add_option("--max-error", arguments.scene.max_error,
+                    "of a scene: refine until every albedo is within X of the full set's")
+        ->type_name("X")
+        ->check(CLI::Range(0.0, 1.0).description(""));
+    command.add_flag(
+        "--no-proof", [&arguments](std::int64_t) { arguments.scene.prove = false; },
+        "of a scene: do not compare with the full set");
+}
+
+/// Exactly one of a job and a scene; what both take is read as the job's.
+void take_scene(Arguments& arguments) {
+    SceneOptions& scene = arguments.scene;
+    const BakeOptions& bake = arguments.bake;
+    if (scene.scene.empty() == bake.job.empty())
+        throw Failure(Exit::usage, "usage", "bake takes either a job or --scene");
+    if (scene.scene.empty() && (scene.max_error || !scene.prove))
+        throw Failure(Exit::usage, "usage", "--max-error and --no-proof go with --scene");
+    if (scene.max_error && !scene.prove)
+        throw Failure(Exit::usage, "usage", "--max-error and --no-proof exclude each other");
+}
+
+Exit bake_any(Arguments& arguments) {
+    if (arguments.scene.scene.empty()) return bake(arguments.bake);
+    const BakeOptions& options = arguments.bake;
+    SceneOptions& scene = arguments.scene;
+    scene.settings = options.settings;
+    scene.output = options.output;
+    scene.report = options.report;
+    scene.server = options.server;
+    scene.local = options.local;
+    scene.timeout_s = options.timeout_s;
+    scene.json = options.json;
+    scene.progress = options.progress;
+    return bake_scene(scene);
+}
+
+void add_plan(CLI::App& app, Arguments& arguments) {
+    CLI::App& command =
+        *app.add_subcommand("plan", "Say which tables a scene needs, and which it does not");
+    command.add_option("scene", arguments.scene.scene, ".gltf, .glb or a list of materials")
+        ->required()
+        ->type_name("SCENE");
+    command
+        .add_option("--set", arguments.scene.settings,
+                    "resolution=128, sample_count=4096, multiscatter=turquin, diffuse=burley, "
+                    "pixel=float, scene=NAME, variant=all, …")
+        ->type_name("OPTION=VALUE")
+        ->allow_extra_args(false);
+    add_json(command, arguments);
+    command.footer(
+        "Examples:\n"
+        "  kiln plan sofa.glb\n"
+        "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
+        "\nNothing but the file itself is read: pack images into a .glb to have them looked into.");
+    command.callback([&arguments] {
+        arguments.run = [&] {
+            arguments.scene.json = arguments.json;
+            return plan(arguments.scene);
+        };
+    });
+}
+
 void add_bake(CLI::App& app, Arguments& arguments) {
-    CLI::App& command = *app.add_subcommand("bake", "Bake a job into an EXR or PNG");
+    CLI::App& command =
+        *app.add_subcommand("bake", "Bake a job into an EXR or PNG, or a scene into a folder");
     BakeOptions& options = arguments.bake;
     command.add_option("job", options.job, "job document, - for standard input")
-        ->required()
         ->type_name("JOB.json");
     command
         .add_option("-o,--output", options.output,
-                    ".exr or .png, - for standard output; chooses the format unless the job does")
+                    ".exr or .png, - for standard output; chooses the format unless the job does. "
+                    "Of a scene: a folder")
         ->required()
         ->type_name("FILE");
+    add_scene_options(command, arguments);
     command.add_option("--set", options.settings, "change the job: seed=7, output.pixel=float, …")
         ->type_name("FIELD=VALUE")
         ->allow_extra_args(false);
@@ -88,13 +161,15 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         "  kiln bake examples/split_sum.json --set resolution=[64,64] --set device=native -o "
         "dfg.png\n"
         "  kiln bake - -o - --report dfg.json < job.json > dfg.exr\n"
+        "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
         "\nWith no server named and none at the usual place, bakes in this process and says so.\n" +
         std::string(kExitCodes));
     command.callback([&arguments, &options] {
         if (options.local && !options.server.empty())
             throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
+        take_scene(arguments);
         options.progress = progress_mode(arguments.progress);
-        arguments.run = [&] { return bake(options); };
+        arguments.run = [&] { return bake_any(arguments); };
     });
 }
 
@@ -196,7 +271,9 @@ void take_environment(Arguments& arguments) {
 Exit complain(const Arguments& arguments, Exit exit, const ProblemDocument& problem) {
     if (arguments.json) std::printf("%s\n", problem_json(problem).c_str());
     // The pointers and messages below say the same as the summary of them.
-    say("kiln: " + printable(problem.problems.empty() ? problem.detail : "the job is not valid"));
+    say("kiln: " + printable(problem.problems.empty()          ? problem.detail
+                             : problem.code == "invalid_scene" ? "the scene is not valid"
+                                                               : "the job is not valid"));
     for (const Problem& entry : problem.problems)
         say("  " + printable(entry.pointer.empty() ? "(document)" : entry.pointer) + ": " +
             printable(entry.message));
@@ -213,6 +290,8 @@ Exit run(Arguments& arguments) {
     } catch (const Failure& failure) {
         return complain_of(failure.exit, failure, failure.problems);
     } catch (const InvalidJob& error) {
+        return complain_of(Exit::invalid_job, error, error.problems);
+    } catch (const InvalidScene& error) {
         return complain_of(Exit::invalid_job, error, error.problems);
     } catch (const Malformed& error) {
         return complain_of(Exit::invalid_job, error, error.problems);
@@ -241,6 +320,7 @@ int parse_and_run(int argc, char** argv) {
     });
     app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
     add_bake(app, arguments);
+    add_plan(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
     try {

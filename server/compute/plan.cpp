@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "server/compute/fresnel.h"
+#include "server/compute/multiscatter.h"
 
 namespace kiln {
 
@@ -29,12 +30,6 @@ FresnelModel fresnel_of_slice(const JobSpec& job, std::size_t slice) {
         axis_value(job.axes[2], static_cast<std::int64_t>(slice), job.resolution[2]);
     (job.axes[2].parameter == Parameter::ior ? fresnel.ior : fresnel.f0) = {value};
     return fresnel;
-}
-
-/// Kulla, Conty 2017: what the compensation lobe reflects of the energy that is missing. The second
-/// bounce carries two Fresnel factors, so F_avg is squared; `linear` is the form of older slides.
-double multiscatter_fresnel(bool linear, double average, double deficit) {
-    return average * (linear ? 1 : average) * (1 - deficit) / (1 - average * deficit);
 }
 
 class Planner {
@@ -163,11 +158,11 @@ class Planner {
         const FresnelModel fresnel = fresnel_of_slice(job_, slice);
         Share share{channel, reflected(fresnel, colour), {}, {}};
         if (job_.multiscatter == Multiscatter::turquin) {
-            // Turquin 2019, eq. 16: the lobe scaled by 1 + F0 (1 − E) / E.
             const double F0 = kiln::fresnel(fresnel, colour, 1.0);
             share.b = one(kWeight);
             share.part = [F0](std::size_t, double S, double E) {
-                return Part{S * (1 + F0 * (1 - E) / E), 1 + F0 * (1 - E) / E, -S * F0 / (E * E), 0};
+                const double scale = turquin_scale(F0, E);
+                return Part{S * scale, scale, -S * F0 / (E * E), 0};
             };
         } else if (job_.multiscatter != Multiscatter::none) {
             share.b = one(kDeficit);

@@ -71,11 +71,11 @@ Json json_of(const LobePlan& lobe, const ScenePlan& plan) {
     const auto name = [&](const std::optional<std::size_t>& table) {
         return table ? Json(plan.tables[*table].name) : Json(nullptr);
     };
-    return {{"lobe", to_word(lobe.lobe)},
-            {"roughness", {lobe.roughness.lo, lobe.roughness.hi}},
+    return {{"lobe", to_word(lobe.need.lobe)},
+            {"roughness", {lobe.need.roughness.lo, lobe.need.roughness.hi}},
             {"table", name(lobe.table)},
             {"average", name(lobe.average)},
-            {"albedo", lobe.form}};
+            {"albedo", albedo_in_symbols(lobe)}};
 }
 
 Json json_of(const MaterialUse& use, const MaterialPlan& material, const ScenePlan& plan) {

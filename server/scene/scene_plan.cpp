@@ -25,6 +25,10 @@ std::string text_of(const Range& range) {
                          : "[" + text_of(range.lo) + ", " + text_of(range.hi) + "]";
 }
 
+std::string counted(std::size_t count, const std::string& noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 bool reads_specular(Lobe lobe) {
     return lobe == Lobe::metal || lobe == Lobe::dielectric || lobe == Lobe::specular_glossiness ||
            lobe == Lobe::clearcoat;
@@ -84,7 +88,7 @@ class Planner {
         std::size_t count = 0;
         for (const MaterialUse& material : plan_.scene.materials) count += material.unlit ? 1 : 0;
         if (count > 0)
-            leave("unlit", "every table of " + std::to_string(count) + " unlit materials",
+            leave("unlit", "every table of " + counted(count, "unlit material"),
                   "an unlit material is its colour");
     }
 
@@ -111,11 +115,11 @@ class Planner {
         return plan_.tables.size() - 1;
     }
 
-    void give(const std::vector<Need>& needs, std::optional<std::size_t> table,
-              std::optional<std::size_t> average, const std::string& form) {
+    void give(const std::vector<Need>& needs, Reading reading,
+              std::optional<std::size_t> table = {}, std::optional<std::size_t> average = {},
+              Multiscatter added = none) {
         for (const Need& need : needs)
-            plan_.materials[need.material].lobes.push_back(
-                {need.lobe, need.roughness, table, average, form});
+            plan_.materials[need.material].lobes.push_back({need, reading, added, table, average});
     }
 
     void tell_pieces(const std::string& name, const std::vector<Range>& pieces,
@@ -129,8 +133,7 @@ class Planner {
                       "nothing reads it; the axis runs over that range alone");
         }
         if (need_count > pieces.size() && !pieces.empty())
-            leave("equal",
-                  name + ": " + std::to_string(need_count - pieces.size()) + " further tables",
+            leave("equal", name + ": " + counted(need_count - pieces.size(), "further table"),
                   std::to_string(need_count) + " lobes of materials read " +
                       (pieces.size() == 1 ? "the same one"
                                           : "the same " + std::to_string(pieces.size())));
@@ -156,9 +159,9 @@ class Planner {
         if (zero_there) needs.insert(needs.end(), mirrors.begin(), mirrors.end());
         if (!zero_there && !mirrors.empty()) {
             leave("mirror", "a table for roughness 0",
-                  "a mirror's albedo is F(NoV) in closed form (" + std::to_string(mirrors.size()) +
-                      " lobes)");
-            give(mirrors, {}, {}, "F0 + (F90 - F0) (1 - NoV)^5");
+                  "a mirror's albedo is F(NoV) in closed form (" + counted(mirrors.size(), "lobe") +
+                      ")");
+            give(mirrors, Reading::closed_form);
         }
         tell_pieces("specular", pieces, needs.size(), 0);
         for (const Range& piece : pieces) add_specular(piece, needs_within(needs, piece));
@@ -186,8 +189,8 @@ class Planner {
                       (compensated && !white ? ", compensated" : ""));
             const std::size_t table =
                 add_table("specular", table_job(TableKind::specular, piece, options, one), needs);
-            give(needs, table, {},
-                 white && compensated ? "1 (T is E; compensation adds 1 - E)" : "T");
+            give(needs, white && compensated ? Reading::all_reflected : Reading::one_channel,
+                 table);
             if (compensated && needs_average())
                 leave("average", place + ": average albedo",
                       white ? "F = 1 gives back all that is missing"
@@ -200,24 +203,9 @@ class Planner {
         if (compensated && needs_average())
             average =
                 add_table("average", table_job(TableKind::average, piece, options, {}), needs);
-        give(needs, table, average, "F0 A + F90 B" + compensation_form(options.multiscatter));
+        give(needs, Reading::two_channels, table, average, options.multiscatter);
         if (!compensated && options_.multiscatter != none && needs_average())
             leave("average", place + ": average albedo", "compensation alone reads it");
-    }
-
-    static std::string compensation_form(Multiscatter model) {
-        const std::string average = "F_avg = F0 + (F90 - F0) / 21, E = A + B, T = E_avg";
-        switch (model) {
-            case none:
-                return "";
-            case kulla_conty:
-                return " + F_avg^2 T / (1 - F_avg (1 - T)) (1 - E), " + average;
-            case kulla_conty_linear:
-                return " + F_avg T / (1 - F_avg (1 - T)) (1 - E), " + average;
-            case turquin:
-                return ", times 1 + F0 (1 - E) / E, E = A + B";
-        }
-        __builtin_unreachable();
     }
 
     void plan_sheen() {
@@ -245,7 +233,7 @@ class Planner {
             const auto within = needs_within(needs, piece);
             const std::size_t table =
                 add_table("sheen", table_job(TableKind::sheen, piece, options_, {}), within);
-            give(within, table, {}, "T");
+            give(within, Reading::one_channel, table);
         }
     }
 
@@ -265,7 +253,7 @@ class Planner {
         if (!rules::diffuse_needs_table(options_.diffuse)) {
             leave("lambert", "diffuse tables",
                   "Lambert's albedo is the base colour at every angle");
-            return give(needs, {}, {}, "base colour");
+            return give(needs, Reading::base_colour);
         }
         const auto pieces = rules::roughness_pieces(used, options_.resolution);
         tell_pieces("diffuse", pieces, needs.size(), 0);
@@ -273,7 +261,7 @@ class Planner {
             const auto within = needs_within(needs, piece);
             const std::size_t table =
                 add_table("diffuse", table_job(TableKind::diffuse, piece, options_, {}), within);
-            give(within, table, {}, "base colour T");
+            give(within, Reading::times_colour, table);
         }
         if (options_.diffuse != DiffuseModel::burley)
             plan_.scene.warnings.push_back(
@@ -312,6 +300,35 @@ class Planner {
 };
 
 }  // namespace
+
+std::string albedo_in_symbols(const LobePlan& lobe) {
+    const std::string average = ", F_avg = F0 + (F90 - F0) / 21, E = A + B";
+    switch (lobe.reading) {
+        case Reading::closed_form:
+            return "F0 + (F90 - F0) (1 - NoV)^5";
+        case Reading::base_colour:
+            return "base colour";
+        case Reading::one_channel:
+            return "T";
+        case Reading::all_reflected:
+            return "1 (E = T, and compensation adds 1 - T)";
+        case Reading::times_colour:
+            return "base colour T";
+        case Reading::two_channels:
+            break;
+    }
+    switch (lobe.added) {
+        case none:
+            return "F0 A + F90 B";
+        case kulla_conty:
+            return "F0 A + F90 B + F_avg^2 E_avg / (1 - F_avg (1 - E_avg)) (1 - E)" + average;
+        case kulla_conty_linear:
+            return "F0 A + F90 B + F_avg E_avg / (1 - F_avg (1 - E_avg)) (1 - E)" + average;
+        case turquin:
+            return "(F0 A + F90 B) (1 + F0 (1 - E) / E), E = A + B";
+    }
+    __builtin_unreachable();
+}
 
 ScenePlan plan_scene(SceneUse scene, const PlanOptions& options) {
     return Planner(std::move(scene), options).make();

@@ -50,13 +50,26 @@ struct LeftOutOfPlan {
     std::string rule;  ///< the stable word of the rule
 };
 
+/// How a lobe's albedo follows from what the plan has for it.
+enum class Reading {
+    closed_form,    ///< no table: F0 + (F90 − F0) (1 − NoV)^5
+    base_colour,    ///< no table: the same at every angle
+    two_channels,   ///< F0 A + F90 B, then compensated by the renderer where `added` says so
+    one_channel,    ///< the table's only channel
+    all_reflected,  ///< 1: F = 1, compensated; the table has E
+    times_colour,   ///< the base colour times the table's only channel
+};
+
 /// How one lobe gets its albedo.
 struct LobePlan {
-    Lobe lobe = Lobe::metal;
-    Range roughness;
+    rules::Need need;
+    Reading reading = Reading::closed_form;
+    Multiscatter added = Multiscatter::none;
     std::optional<std::size_t> table, average;  ///< positions in ScenePlan::tables
-    std::string form;  ///< the albedo in symbols: A, B, T, E the channels, F0, F90 the material's
 };
+
+/// The albedo in symbols: A, B, T, E_avg the channels, F0, F90 the material's.
+std::string albedo_in_symbols(const LobePlan& lobe);
 
 struct MaterialPlan {
     std::size_t material = 0;

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "server/compute/axes.h"
+#include "server/compute/engine.h"
+#include "server/scene/plan_options.h"
+#include "server/scene/scene_plan.h"
+#include "server/spec/contract.h"
+#include "server/spec/spec.h"
+
+namespace kiln {
+namespace {
+
+ScenePlan plan_of(const std::string& materials, const PlanOptions& options = {}) {
+    return plan_scene(read_scene(R"({"materials":[)" + materials + "]}", {}), options);
+}
+
+bool left_out_by(const ScenePlan& plan, const std::string& rule) {
+    return std::any_of(plan.left_out.begin(), plan.left_out.end(),
+                       [&](const LeftOutOfPlan& entry) { return entry.rule == rule; });
+}
+
+std::string names_of(const ScenePlan& plan) {
+    std::string names;
+    for (const PlannedTable& table : plan.tables) names += (names.empty() ? "" : " ") + table.name;
+    return names;
+}
+
+const char* const kPaint = R"({"lobes":["dielectric","diffuse"],"roughness":[0.2,0.6]})";
+const char* const kMetal = R"({"lobes":["metal"],"roughness":0.4})";
+
+TEST(Plan, NoSheenMeansNoTableOfCharlie) {
+    EXPECT_TRUE(left_out_by(plan_of(kMetal), "no_sheen"));
+    const ScenePlan plan = plan_of(R"({"lobes":["sheen"],"sheen_roughness":[0.3,0.6]})");
+    EXPECT_FALSE(left_out_by(plan, "no_sheen"));
+    EXPECT_EQ(names_of(plan), "sheen");
+    EXPECT_EQ(plan.tables[0].job.distribution, Distribution::charlie);
+    EXPECT_TRUE(left_out_by(plan, "no_specular"));
+}
+
+TEST(Plan, MetalsOnlyMeansNoDiffuseTables) {
+    PlanOptions options;
+    options.diffuse = DiffuseModel::burley;
+    EXPECT_EQ(names_of(plan_of(kMetal, options)), "specular average");
+    EXPECT_TRUE(left_out_by(plan_of(kMetal, options), "no_diffuse"));
+    const ScenePlan plan = plan_of(kPaint, options);
+    EXPECT_EQ(names_of(plan), "specular diffuse");
+    EXPECT_EQ(plan.tables[1].job.diffuse.model, DiffuseModel::burley);
+    EXPECT_TRUE(left_out_by(plan_of(kPaint), "lambert"));
+}
+
+TEST(Plan, OneRoughnessIsARowAtExactlyThatRoughness) {
+    for (const double roughness : {0.0001, 0.4, 0.7, 1.0}) {
+        const ScenePlan plan =
+            plan_of(R"({"lobes":["metal"],"roughness":)" + std::to_string(roughness) + "}");
+        EXPECT_TRUE(left_out_by(plan, "row"));
+        const JobSpec& job = plan.tables.at(0).job;
+        EXPECT_EQ(job.resolution, (std::vector<std::int64_t>{64, 1}));
+        EXPECT_EQ(axis_value(job.axes[1], 0, 1), roughness);
+        EXPECT_EQ(plan.tables.at(1).job.resolution, (std::vector<std::int64_t>{1}));
+    }
+}
+
+TEST(Plan, ARangeIsAnAxisOverIt) {
+    const ScenePlan plan = plan_of(kPaint);
+    EXPECT_TRUE(left_out_by(plan, "range"));
+    const JobSpec& job = plan.tables.at(0).job;
+    EXPECT_EQ(axis_value(job.axes[1], 0, job.resolution[1]), 0.2);
+    EXPECT_EQ(axis_value(job.axes[1], job.resolution[1] - 1, job.resolution[1]), 0.6);
+}
+
+TEST(Plan, OneReflectanceIsOneChannel) {
+    PlanOptions options;
+    for (const auto multiscatter :
+         {Multiscatter::none, Multiscatter::kulla_conty, Multiscatter::turquin}) {
+        options.multiscatter = multiscatter;
+        const ScenePlan plan = plan_of(kPaint, options);
+        EXPECT_TRUE(left_out_by(plan, "one_reflectance"));
+        ASSERT_EQ(plan.tables.size(), 1u);
+        EXPECT_EQ(plan.tables[0].job.quantities,
+                  (std::vector{multiscatter == Multiscatter::none ? Quantity::specular_albedo
+                                                                  : Quantity::compensated_albedo}));
+        EXPECT_EQ(plan.tables[0].job.fresnel.f0, (std::vector<double>{0.04}));
+    }
+    const ScenePlan white = plan_of(R"({"lobes":["metal"],"roughness":0.5,"metal_f0":1})");
+    EXPECT_EQ(white.tables.at(0).job.quantities, (std::vector{Quantity::directional_albedo}));
+    EXPECT_TRUE(left_out_by(white, "average"));
+    EXPECT_FALSE(left_out_by(plan_of(kMetal), "one_reflectance"));
+}
+
+TEST(Plan, InvisibleCompensationIsNotComputed) {
+    PlanOptions options;
+    options.pixel = PixelType::uint8;
+    options.format = ImageFormat::png;
+    const ScenePlan plan = plan_of(kPaint, options);
+    EXPECT_TRUE(left_out_by(plan, "multiscatter"));
+    EXPECT_EQ(plan.tables.at(0).job.quantities, (std::vector{Quantity::specular_albedo}));
+    EXPECT_FALSE(left_out_by(plan_of(kPaint), "multiscatter"));
+    EXPECT_FALSE(left_out_by(plan_of(kMetal, options), "multiscatter"));
+}
+
+TEST(Plan, AMirrorIsAClosedFormUnlessATableHasItsRow) {
+    const std::string mirror = R"({"lobes":["metal"],"roughness":0})";
+    const ScenePlan alone = plan_of(mirror);
+    EXPECT_TRUE(alone.tables.empty());
+    EXPECT_TRUE(left_out_by(alone, "mirror"));
+    EXPECT_EQ(alone.materials[0].lobes.at(0).reading, Reading::closed_form);
+    const ScenePlan among = plan_of(mirror + R"(,{"lobes":["metal"],"roughness":[0,0.3]})");
+    EXPECT_FALSE(left_out_by(among, "mirror"));
+    EXPECT_EQ(among.tables.at(0).serves.size(), 2u);
+}
+
+TEST(Plan, EqualTablesAreOne) {
+    const ScenePlan plan = plan_of(std::string(kMetal) + "," + kMetal +
+                                   R"(,{"lobes":["clearcoat"],"clearcoat_roughness":0.4})");
+    EXPECT_EQ(names_of(plan), "specular average");
+    EXPECT_EQ(plan.tables[0].serves.size(), 3u);
+    EXPECT_TRUE(left_out_by(plan, "equal"));
+}
+
+TEST(Plan, MeasuredDataThatNothingUsesIsNotInTheAtlas) {
+    const ScenePlan plan = plan_of(R"({"measured":"a"},{"measured":"b","used":false})");
+    EXPECT_EQ(plan.measured, (std::vector<std::string>{"a"}));
+    EXPECT_TRUE(left_out_by(plan, "measured"));
+    EXPECT_EQ(plan.unserved.size(), 1u);
+}
+
+TEST(Plan, UnlitNeedsNothing) {
+    const ScenePlan plan = plan_of("{}");
+    EXPECT_TRUE(plan.tables.empty());
+    for (const char* rule : {"unlit", "no_specular", "no_sheen", "no_diffuse"})
+        EXPECT_TRUE(left_out_by(plan, rule)) << rule;
+}
+
+TEST(Plan, WhatNoTableServesIsSaid) {
+    const ScenePlan plan = plan_of(
+        R"({"lobes":["dielectric","transmission","anisotropy","iridescence"],"roughness":0.5})");
+    EXPECT_EQ(plan.unserved.size(), 3u);
+    EXPECT_FALSE(left_out_by(plan, "one_reflectance"));
+}
+
+const char* const kMany =
+    R"({"name":"a","lobes":["metal","sheen"],"sheen_roughness":0.5,"roughness":0.7},
+       {"name":"b","lobes":["dielectric","diffuse","clearcoat"],"roughness":[0.1,0.5],
+        "clearcoat_roughness":0.05})";
+
+TEST(Plan, EveryLobeReadsSomethingAndEveryTableIsRead) {
+    for (const char* diffuse : {"lambert", "burley"})
+        for (const char* multiscatter : {"none", "kulla_conty", "turquin"}) {
+            const PlanRequest request =
+                read_plan_request({{"diffuse", diffuse}, {"multiscatter", multiscatter}});
+            const ScenePlan plan = plan_of(kMany, request.options);
+            std::map<std::size_t, std::size_t> readers;
+            std::size_t lobes = 0;
+            for (const MaterialPlan& material : plan.materials)
+                for (const LobePlan& lobe : material.lobes) {
+                    ++lobes;
+                    if (lobe.table) ++readers[*lobe.table];
+                    if (lobe.average) ++readers[*lobe.average];
+                }
+            EXPECT_EQ(lobes, 5u);
+            EXPECT_EQ(readers.size(), plan.tables.size());
+            for (std::size_t i = 0; i < plan.tables.size(); ++i)
+                EXPECT_EQ(readers[i], plan.tables[i].serves.size()) << plan.tables[i].name;
+        }
+}
+
+TEST(Plan, JobsAreOrdinaryDocumentsWithTheirIds) {
+    const ScenePlan plan = plan_of(kMany);
+    for (const PlannedTable& table : plan.tables) {
+        const std::string text = canonical(table.job);
+        EXPECT_EQ(parse_job(text), table.job);
+        EXPECT_EQ(job_id(parse_job(text)), table.id);
+    }
+    EXPECT_TRUE(contract_problems("Plan", to_json(plan)).empty());
+}
+
+/// The engine counts what it does; a plan promises it before.
+TEST(Plan, EstimatesAreWhatTheEngineCounts) {
+    PlanOptions options;
+    options.resolution = 8;
+    options.sample_count = 64;
+    options.diffuse = DiffuseModel::burley;
+    options.device = DeviceChoice::native;
+    EngineOptions native;
+    native.device = DeviceChoice::native;
+    Engine engine(native);
+    const ScenePlan plan = plan_of(kMany, options);
+    std::vector<PlannedTable> tables = plan.tables;
+    tables.insert(tables.end(), plan.full.begin(), plan.full.end());
+    EXPECT_EQ(tables.size(), 5u + 1u + 4u);
+    for (const PlannedTable& table : tables) {
+        const Outcome outcome = engine.run(table.job, Control{});
+        EXPECT_EQ(outcome.report.work.brdf_evaluations, table.estimate.evaluations) << table.name;
+        const bool compensated = table.job.quantities[0] == Quantity::compensated_albedo;
+        EXPECT_EQ(outcome.report.work.multiscatter_evaluations,
+                  compensated ? table.estimate.evaluations : 0);
+        std::uint64_t values = 0;
+        for (const auto& plane : outcome.table.planes) values += plane.size();
+        EXPECT_EQ(2 * values, table.estimate.bytes);
+    }
+}
+
+TEST(PlanOptions, AreReadFromTextAndRefusedByName) {
+    const PlanRequest request = read_plan_request(
+        {{"resolution", "32"}, {"format", "png"}, {"scene", "7"}, {"variant", "red"}});
+    EXPECT_EQ(request.options.resolution, 32);
+    EXPECT_EQ(request.options.pixel, PixelType::uint16);
+    EXPECT_EQ(request.choice.scene, "7");
+    EXPECT_EQ(read_plan_request({}).options.multiscatter, Multiscatter::kulla_conty);
+    const std::map<std::string, std::string> wrong[] = {
+        {{"resolution", "1"}},
+        {{"resolution", "x"}},
+        {{"resolution", "4097"}},
+        {{"sample_count", "-1"}},
+        {{"colour", "red"}},
+        {{"multiscatter", "all"}},
+        {{"diffuse", ""}},
+        {{"pixel", "uint8"}},
+        {{"format", "png"}, {"pixel", "half"}},
+        {{"resolution", "1024"}, {"sample_count", "1048576"}}};
+    for (const auto& options : wrong) {
+        try {
+            read_plan_request(options);
+            ADD_FAILURE() << options.begin()->first << "=" << options.begin()->second;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), "bad_query");
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kiln
