@@ -70,6 +70,16 @@ const std::map<std::string, Specialisation> kCases = {
     {"A_B_ndf", {{.importance = 1, .terms = 3}}},
     {"E_avg", {{.terms = 1, .averaged = 1}}},
     {"A_B_float64", {{.terms = 3}, Precision::float64}},
+    // Cost against the number of terms, on the fast path and on the general one (Schlick's F of one
+    // channel up to three). What is not asked for is not in the kernel.
+    {"terms/fast_1_E", {{.terms = 1}}},
+    {"terms/fast_2_A_B", {{.terms = 3}}},
+    {"terms/fast_3_A_B_deficit", {{.terms = 7}}},
+    {"terms/general_1_E", {{.terms = 1, .general = 1}}},
+    {"terms/general_2_F", {{.terms = 9, .fresnel = 1, .general = 1}}},
+    {"terms/general_4_F_RGB", {{.terms = 57, .fresnel = 1, .general = 1}}},
+    {"terms/general_5_F_RGB_deficit", {{.terms = 61, .fresnel = 1, .general = 1}}},
+    {"terms/general_6_F_RGB_B_deficit", {{.terms = 63, .fresnel = 1, .general = 1}}},
     // The general path (kernels/material.h), by the numbers of kernels/*.h.
     {"schlick", {{.terms = 8, .fresnel = 1, .general = 1}}},
     {"dielectric", {{.terms = 8, .fresnel = 3, .general = 1}}},

@@ -17,22 +17,22 @@ namespace {
 using Numbers = std::set<double>;
 
 struct Truth {
-    std::string file;
-    std::string lobes;  ///< in the order of the enumerators
+    std::string file{};
+    std::string lobes{};  ///< in the order of the enumerators
     bool unlit = false;
     std::size_t scene = 0, scene_count = 1;
-    std::set<int> used;  ///< −1: the default material
-    std::set<std::size_t> variant_only;
+    std::set<int> used{};  ///< −1: the default material
+    std::set<std::size_t> variant_only{};
     // Of base layers: values of factors, and whether a texture makes it [0, 1].
-    Numbers roughness;
+    Numbers roughness{};
     bool roughness_texture = false;
-    Numbers metallic;
+    Numbers metallic{};
     double metallic_texture = -1;  ///< upper end of the texture's range
-    std::string ior;
-    std::vector<std::array<double, 3>> metal_f0;  ///< upper bounds
+    std::string ior{};
+    std::vector<std::array<double, 3>> metal_f0{};  ///< upper bounds
     bool metal_textured = false;
-    std::vector<std::array<double, 3>> dielectric_f0;
-    Numbers sheen, coat;
+    std::vector<std::array<double, 3>> dielectric_f0{};
+    Numbers sheen{}, coat{};
     bool sheen_texture = false, coat_texture = false;
 };
 

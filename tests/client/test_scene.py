@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`kiln plan` and `kiln bake --scene`."""
+import hashlib
+import json
+import math
+import os
+import unittest
+
+from kiln_cli import KilnTest
+
+# Small, native, and quick to prove: no sheen, whose full set takes a second.
+SMALL = ("--set", "resolution=9", "--set", "sample_count=256", "--set", "device=native")
+STEEL = {"name": "steel", "lobes": ["metal"], "roughness": 0.4, "metal_f0": [0.56, 0.57, 0.58]}
+PAINT = {"name": "paint", "lobes": ["dielectric", "diffuse"], "roughness": [0.5, 0.75]}
+
+
+class Plan(KilnTest):
+    def test_for_people_and_for_programs(self):
+        self.write("scene.json", {"materials": [STEEL, PAINT]})
+        text = self.kiln("plan", "scene.json")[0].decode()
+        for words in ("specular_2", "0.5 to 0.75", "sheen albedo",
+                      "Lambert's albedo is the base colour", "without looking at the scene"):
+            self.assertIn(words, text)
+        plan = json.loads(self.kiln("plan", "scene.json", "--json", *SMALL)[0])
+        self.assertEqual([t["name"] for t in plan["tables"]], ["specular", "average", "specular_2"])
+        self.assertEqual(plan["options"]["resolution"], 9)
+        self.assertEqual(plan["tables"][0]["job"]["resolution"], [9, 1])
+
+    def test_standard_input(self):
+        plan = json.loads(self.kiln("plan", "-", "--json",
+                                    stdin=json.dumps({"materials": [STEEL]}).encode())[0])
+        self.assertEqual(len(plan["tables"]), 2)
+
+    def test_what_is_wrong_is_named(self):
+        self.write("scene.json", {"materials": [{"lobes": ["metal"], "roughness": 7}]})
+        stdout, stderr = self.kiln("plan", "scene.json", "--json", exit_status=3)
+        problem = json.loads(stdout)
+        self.assertEqual(problem["code"], "invalid_scene")
+        self.assertEqual(problem["problems"][0]["pointer"], "/materials/0/roughness")
+        self.assertIn("the scene is not valid", stderr)
+        self.write("scene.json", {"materials": [STEEL]})
+        for setting in ("resolution=0", "colour=red", "resolution"):
+            self.kiln("plan", "scene.json", "--set", setting, exit_status=2)
+        self.kiln("plan", "missing.gltf", exit_status=2)
+
+    def test_names_cannot_steer_the_terminal(self):
+        self.write("scene.gltf", {"asset": {"version": "2.0"}, "extensionsRequired": ["\u001b[2J"],
+                                  "meshes": [{"primitives": [{}]}]})
+        self.assertNotIn(b"\x1b", self.kiln("plan", "scene.gltf")[0])
+
+    def test_nothing_beside_the_file_is_read(self):
+        self.write("rough.png", b"not looked at")
+        self.write("scene.gltf", {
+            "asset": {"version": "2.0"}, "meshes": [{"primitives": [{"material": 0}]}],
+            "textures": [{"source": 0}], "images": [{"uri": "rough.png"}],
+            "materials": [{"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}]})
+        text = self.kiln("plan", "scene.gltf")[0].decode()
+        self.assertIn('"rough.png") is not in the document', text.replace("\\", ""))
+
+
+class BakeScene(KilnTest):
+    def bake(self, *materials, arguments=(), exit_status=0):
+        self.write("scene.json", {"materials": list(materials)})
+        self.kiln("bake", "--scene", "scene.json", "-o", "out", "--local", *SMALL, *arguments,
+                  exit_status=exit_status)
+        return json.loads(self.read("out/manifest.json")), json.loads(self.read("out/report.json"))
+
+    def info(self, name):
+        return json.loads(self.kiln("info", f"out/{name}", "--json")[0])
+
+    def test_a_folder_of_tables_a_manifest_and_a_report(self):
+        manifest, report = self.bake(STEEL, PAINT)
+        self.assertEqual(sorted(os.listdir(self.path("out"))),
+                         ["average.exr", "manifest.json", "report.json", "specular.exr",
+                          "specular_2.exr"])
+        for table in manifest["tables"]:
+            bytes_ = self.read("out/" + table["file"])
+            self.assertEqual(hashlib.sha256(bytes_).hexdigest(), table["sha256"])
+            info = self.info(table["file"])
+            self.assertEqual(hashlib.sha256(b"kiln/job/1\n" + info["metadata"]["kiln.job"].encode())
+                             .hexdigest(), table["id"])
+        reads = manifest["materials"][0]["reads"][0]
+        self.assertEqual((reads["table"], reads["average"]), ("specular", "average"))
+        work = sum(t["report"]["work"]["brdf_evaluations"] for t in report["tables"])
+        self.assertEqual(report["work"]["brdf_evaluations"], work)
+        self.assertEqual(work, 9 * 256 + 256 + 9 * 3 * 256)
+
+    def test_the_proof_covers_every_lobe_and_is_small(self):
+        _, report = self.bake(STEEL, PAINT)
+        lobes = [(p["material"], p["lobe"]) for p in report["proof"]["lobes"]]
+        self.assertEqual(lobes, [(0, "metal"), (1, "dielectric")])
+        for proof in report["proof"]["lobes"]:
+            # Nine nodes and 256 samples: some 1e-3 to 1e-2, and not exactly nothing.
+            self.assertLess(proof["max"], 0.05)
+            self.assertGreater(proof["max"], 0)
+            self.assertLessEqual(proof["rms"], proof["max"])
+            self.assertTrue(math.isfinite(proof["rms"]))
+
+    def test_a_bound_is_held_by_refining(self):
+        _, coarse = self.bake(STEEL)
+        bound = coarse["proof"]["max"] / 4
+        manifest, fine = self.bake(STEEL, arguments=("--max-error", str(bound)))
+        self.assertTrue(fine["proof"]["holds"])
+        self.assertLessEqual(fine["proof"]["max"], bound)
+        self.assertGreater(fine["proof"]["rounds"], 1)
+        self.assertGreater(manifest["tables"][0]["resolution"][0], 9)
+
+    def test_a_bound_that_cannot_hold_is_exit_6(self):
+        _, report = self.bake(STEEL, arguments=("--max-error", "1e-9"), exit_status=6)
+        self.assertFalse(report["proof"]["holds"])
+
+    def test_baking_again_bakes_what_changed(self):
+        before, _ = self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        _, again = self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        self.assertEqual([t["kept"] for t in again["tables"]], [True, True, True])
+        self.assertEqual(again["work"]["brdf_evaluations"], 0)
+        after, changed = self.bake(STEEL, dict(PAINT, roughness=[0.5, 1]),
+                                   arguments=("--no-proof",))
+        self.assertEqual([t["kept"] for t in changed["tables"]], [True, True, False])
+        self.assertNotEqual(before["tables"][2]["id"], after["tables"][2]["id"])
+
+    def test_a_damaged_file_is_baked_again_and_one_too_many_is_removed(self):
+        self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        good = self.read("out/specular.exr")
+        self.write("out/specular.exr", good[:-1] + b"x")
+        _, report = self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        self.assertEqual([t["kept"] for t in report["tables"]], [False, True, True])
+        self.assertEqual(self.read("out/specular.exr"), good)
+        self.write("out/mine.txt", "stays")
+        self.bake(STEEL, arguments=("--no-proof",))
+        self.assertEqual(sorted(os.listdir(self.path("out"))),
+                         ["average.exr", "manifest.json", "mine.txt", "report.json",
+                          "specular.exr"])
+
+    def test_a_manifest_cannot_reach_out_of_its_folder(self):
+        self.write("victim.exr", "precious")
+        os.mkdir(self.path("out"))
+        entry = {"name": "x", "file": "../victim.exr", "id": "0" * 64, "sha256": "0" * 64,
+                 "engine": "e"}
+        self.write("out/manifest.json", {"kiln_manifest": 1, "tables": [entry, 7, None]})
+        self.bake(STEEL, arguments=("--no-proof",))
+        self.assertEqual(self.read("victim.exr"), b"precious")
+
+    def test_a_scene_that_needs_nothing(self):
+        manifest, report = self.bake({"name": "unlit"})
+        self.assertEqual((manifest["tables"], report["proof"]["lobes"]), ([], []))
+
+    def test_usage(self):
+        self.write("scene.json", {"materials": [STEEL]})
+        self.write("file", "x")
+        for arguments in (("bake", "-o", "out"),
+                          ("bake", "job.json", "--scene", "scene.json", "-o", "out"),
+                          ("bake", "job.json", "--max-error", "1", "-o", "x.exr"),
+                          ("bake", "--scene", "scene.json", "-o", "file", "--local"),
+                          ("bake", "--scene", "scene.json", "-o", "out", "--no-proof",
+                           "--max-error", "0.1"),
+                          ("bake", "--scene", "scene.json", "-o", "out", "--set", "seed=1"),
+                          ("plan",)):
+            with self.subTest(arguments):
+                self.kiln(*arguments, exit_status=2)
+        self.assertEqual(self.files(), ["file", "scene.json"])
+
+
+class OnAServer(KilnTest):
+    def test_one_batch_the_same_bytes_and_cached(self):
+        url = self.serve()
+        self.write("scene.json", {"materials": [STEEL, PAINT]})
+        for place in (("--local",), ("--server", url)):
+            self.kiln("bake", "--scene", "scene.json", "-o", place[0][2:], *place, *SMALL)
+        for name in ("specular.exr", "average.exr", "specular_2.exr", "manifest.json"):
+            self.assertEqual(self.read("local/" + name), self.read("server/" + name))
+        self.kiln("bake", "--scene", "scene.json", "-o", "other", "--server", url, *SMALL)
+        report = json.loads(self.read("other/report.json"))
+        self.assertEqual([t["cached"] for t in report["tables"]], [True, True, True])
+
+
+if __name__ == "__main__":
+    unittest.main()
