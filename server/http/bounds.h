@@ -25,6 +25,9 @@ inline constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
 inline constexpr std::size_t kCoalescedBytesMax = 16 * 1024;
 /// Of all bodies above a batch's size that are held at one time: scenes.
 inline constexpr std::uint64_t kUploadBytesMax = 64 << 20;
+/// Scenes that are read at a time, and how long another one waits for its turn.
+inline constexpr int kPlansMax = 4;
+inline constexpr std::chrono::seconds kPlanPatienceMax{10};
 /// Finished jobs whose image's digest is at hand without a look into the store.
 inline constexpr std::size_t kImageIndexEntriesMax = 4096;
 

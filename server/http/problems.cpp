@@ -44,6 +44,7 @@ constexpr std::array kRows{
     Row{"store_failed", 503, "The store fails"},
     Row{"draining", 503, "The server is stopping"},
     Row{"too_many_connections", 503, "Too many connections"},
+    Row{"too_many_plans", 503, "Too many scenes"},
     Row{"too_many_uploads", 503, "Too many uploads"},
     Row{"too_many_waiting", 503, "Too many waiting requests"},
     Row{"too_many_downloads", 503, "Too many downloads"},

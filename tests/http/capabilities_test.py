@@ -18,6 +18,10 @@ BOUNDS = {
     "quarantine_files_max": 16, "busy_ms_max": 5000, "storing_min_max": 10,
     "device_failures_max": 3, "replicates_max": 16, "batch_points_max": 1024,
     "list_limit_max": 1000, "list_limit_default": 100, "job_bytes_max": 65536,
+    "scene_bytes_max": 33554432, "scene_values_max": 500000, "scene_entries_max": 200000,
+    "scene_materials_max": 4096, "scene_name_bytes_max": 256, "image_texels_max": 16777216,
+    "scene_texels_max": 67108864, "image_memory_bytes_max": 134217728, "image_scans_max": 64,
+    "rows_max": 8, "upload_bytes_max": 67108864, "plans_max": 4, "plan_patience_s_max": 10,
     "batch_bytes_max": 1048576, "batch_jobs_max": 64, "wait_s_max": 60,
 }
 # Constants that are named like bounds and bound nothing that is shared or waits.

@@ -138,16 +138,16 @@ TEST(Rules, HalfAQuantumIsThatOfTheCodes) {
 TEST(Rules, TheDeficitsBoundHoldsAndIsNoWiderThanItsStep) {
     EXPECT_EQ(deficit_most(0), 0);
     double last = 0;
-    for (int i = 1; i <= 40; ++i) {
-        const double roughness = i / 40.0, alpha = roughness * roughness;
+    for (int i = 1; i <= 20; ++i) {
+        const double roughness = i / 20.0, alpha = roughness * roughness;
         double most = 0;
-        for (int k = 1; k <= 160; ++k) {
-            const double NoV = std::max(std::pow(k / 160.0, 3), 1e-4);
+        for (int k = 1; k <= 40; ++k) {
+            const double NoV = std::max(std::pow(k / 40.0, 3), 1e-4);
             most = std::max(most, reference::deficit(NoV, std::max(alpha, 1e-4),
                                                      reference::Masking::correlated));
         }
         EXPECT_LE(most, deficit_most(roughness)) << roughness;
-        // The next step is at most 0.1 further on: E falls by at most 0.14 there.
+        // The next step is at most 0.1 further on: 1 − E rises by at most 0.14 there.
         EXPECT_GE(most, deficit_most(roughness) - 0.14) << roughness;
         EXPECT_GE(deficit_most(roughness), last);
         last = deficit_most(roughness);
@@ -156,15 +156,15 @@ TEST(Rules, TheDeficitsBoundHoldsAndIsNoWiderThanItsStep) {
 
 TEST(Rules, WhatCompensationAddsIsBounded) {
     FresnelModel schlick;
-    for (const double F0 : {0.0, 0.02, 0.04, 0.5, 1.0}) {
+    for (const double F0 : {0.0, 0.04, 0.5, 1.0}) {
         schlick.f0 = {F0};
-        for (const double roughness : {0.2, 0.5, 0.8, 1.0}) {
+        for (const double roughness : {0.2, 0.6, 1.0}) {
             const std::vector<Need> needs{
                 need_of(Lobe::dielectric, {0, roughness}, {0, F0}, {1, 1})};
             const double alpha = roughness * roughness;
             const double missing =
                 reference::average_deficit(alpha, reference::Masking::correlated);
-            for (double NoV = 0.05; NoV <= 1; NoV += 0.05) {
+            for (const double NoV : {0.05, 0.2, 0.5, 0.9}) {
                 const auto masking = reference::Masking::correlated;
                 const double deficit = reference::deficit(NoV, alpha, masking);
                 const auto split = reference::split_sum(NoV, alpha, masking);
