@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// measure_scenes SCENE…: what each scene's plan costs beside the full set that does not look at the
-// scene, with the same options, as rows of Markdown: bytes of the files, BRDF evaluations that the
-// engine counted, seconds of integration and encoding (the least of some runs), and the largest
+// measure_scenes SCENE...: what each scene's plan costs beside the full set that does not look at
+// the scene, with the same options, as rows of Markdown: bytes of the files, BRDF evaluations that
+// the engine counted, seconds of integration and encoding (the least of some runs), and the largest
 // difference of any lobe's albedo from fine tables at the same random points. Native backend.
 #include <algorithm>
 #include <cstdio>
@@ -73,6 +73,8 @@ ScenePlan reading_full(const ScenePlan& plan) {
                 lobe.table = position("sheen");
             } else if (lobe.need.lobe == Lobe::diffuse) {
                 lobe.table = position("diffuse");
+            } else if (lobe.reading == Reading::all_reflected) {
+                lobe.table = plan.full.size();  // E = A + B, which stands behind the others
             } else {
                 lobe.reading = Reading::two_channels;
                 lobe.added = plan.options.multiscatter;
@@ -81,6 +83,13 @@ ScenePlan reading_full(const ScenePlan& plan) {
             }
         }
     return result;
+}
+
+/// E of a split sum.
+BakedTable sum_of_channels(BakedTable split) {
+    for (std::size_t i = 0; i < split.table.planes[0].size(); ++i)
+        split.table.planes[0][i] += split.table.planes[1][i];
+    return split;
 }
 
 double worst(const std::vector<LobeProof>& proofs) {
@@ -111,10 +120,11 @@ void measure(Engine& engine, const std::string& path, const PlanOptions& options
         fine.tables.push_back(std::move(table));
     Bakes reduced = bake_all(engine, jobs_of(plan.tables), kRuns);
     Bakes full = bake_all(engine, jobs_of(plan.full), kRuns);
+    full.tables.push_back(sum_of_channels(full.tables.front()));
     reduced.cost.error = worst(prove(plan, reduced.tables, fine));
     full.cost.error = worst(prove(reading_full(plan), full.tables, fine));
     const Cost &a = reduced.cost, &b = full.cost;
-    std::printf("| %s | %zu / %zu | %zu / %zu | %.3g / %.3g M | %.1f / %.1f ms | %.1e / %.1e |\n",
+    std::printf("| %s | %zu / %zu | %zu / %zu | %.3g / %.3g M | %.1f / %.1f ms | %.2e / %.2e |\n",
                 std::filesystem::path(path).stem().c_str(), a.tables, b.tables, a.bytes, b.bytes,
                 static_cast<double>(a.evaluations) / 1e6, static_cast<double>(b.evaluations) / 1e6,
                 1e3 * a.seconds, 1e3 * b.seconds, a.error, b.error);

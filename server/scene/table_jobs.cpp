@@ -51,7 +51,8 @@ std::string model_fields(TableKind kind, const PlanOptions& options,
         case TableKind::average:
             return R"("quantities":["average_albedo"])";
         case TableKind::sheen:
-            return R"("quantities":["directional_albedo"],"microfacet":{"distribution":"charlie","masking":"charlie"})";
+            return R"("quantities":["directional_albedo"],)"
+                   R"("microfacet":{"distribution":"charlie","masking":"charlie"})";
         case TableKind::diffuse:
             return R"("quantities":["diffuse_albedo"],"diffuse":{"model":")" +
                    std::string(to_word(options.diffuse)) + R"("})";

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """POST /v1/plans: scenes in, jobs out, and what hostile uploads get."""
 import json
+import socket
 import struct
-import threading
 import unittest
 
-from service import ServiceTest
+from service import ServiceTest, wait_until
 
 PAINT = {"materials": [{"name": "paint", "lobes": ["dielectric", "diffuse", "sheen"],
                         "roughness": [0.4, 0.7], "sheen_roughness": 0.5}]}
@@ -100,34 +100,29 @@ class Plans(ServiceTest):
         self.assertIn(b"413", received.split(b"\r\n")[0])
 
     def test_large_bodies_share_a_bound(self):
-        """A third upload of the largest size waits for nobody's memory: it is refused."""
+        """A third upload of the largest size is refused, as soon as it is announced."""
         most = self.server.get("/v1/capabilities").json["limits"]["scene_bytes_max"]["value"]
         head = (b"POST /v1/plans HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                b"Content-Length: %d\r\n\r\n" % most)
-        release = threading.Event()
-        holders = [threading.Thread(target=self.hold, args=(head, release)) for _ in range(2)]
-        for holder in holders:
-            holder.start()
-        try:
-            def refused():
-                return b" 503 " in self.server.raw(head, timeout=5).split(b"\r\n")[0]
-            self.wait_until(refused)
+                b"Expect: 100-continue\r\nContent-Length: %d\r\n\r\n" % most)
+        with self.announce(head), self.announce(head):
+            answer = self.server.raw(head)
+            self.assertIn(b" 503 ", answer.split(b"\r\n")[0])
+            self.assertIn(b"too_many_uploads", answer)
             self.assertEqual(self.plan(SCENE).status, 200)  # small ones go on
-        finally:
-            release.set()
-            for holder in holders:
-                holder.join()
+        wait_until(lambda: b" 100 " in self.announced(head), what="room for another")
 
-    def hold(self, head, release):
-        import socket
+    def announce(self, head):
+        """A connection whose body the server waits for."""
+        connection = socket.create_connection(("127.0.0.1", self.server.port), 30)
+        connection.sendall(head)
+        self.assertIn(b" 100 ", connection.recv(100))
+        return connection
+
+    def announced(self, head):
+        """What the server says to such a head alone."""
         with socket.create_connection(("127.0.0.1", self.server.port), 30) as connection:
-            connection.sendall(head + b"{")
-            release.wait(60)
-
-    @staticmethod
-    def wait_until(condition):
-        from service import wait_until
-        wait_until(condition)
+            connection.sendall(head)
+            return connection.recv(100)
 
 
 if __name__ == "__main__":

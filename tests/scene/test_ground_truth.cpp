@@ -38,7 +38,7 @@ struct Truth {
 
 const std::array<double, 3> kWhite{1, 1, 1}, kFour{0.04, 0.04, 0.04};
 
-std::vector<Truth> truths() {
+std::vector<Truth> layered_truths() {
     std::vector<Truth> all;
     all.push_back({.file = "UnlitTest.gltf", .lobes = "", .unlit = true, .used = {0, 1}});
     all.push_back({.file = "SheenCloth.gltf",
@@ -75,6 +75,11 @@ std::vector<Truth> truths() {
                    .metal_textured = true,
                    .dielectric_f0 = {kFour},
                    .coat = {0.15}});
+    return all;
+}
+
+std::vector<Truth> truths() {
+    std::vector<Truth> all = layered_truths();
     all.push_back({.file = "SpecGlossVsMetalRough.gltf",
                    .lobes = "metal dielectric specular_glossiness diffuse",
                    .used = {0, 1, 2, 3},
