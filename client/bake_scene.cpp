@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `kiln plan` and `kiln bake --scene`.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kManifestBytesMost = 64u << 20;
 /// Doublings of resolution, each with four times the samples, before a bound is given up.
 constexpr int kRoundsMost = 4;
+constexpr std::int64_t kNodesMost = 1024;  // the contract's PlanOptions
 
 PlanRequest request_of(const std::vector<std::string>& settings) {
     std::map<std::string, std::string> options;
@@ -169,6 +171,17 @@ class SceneBake {
     FullSet full_;
 };
 
+/// Twice the nodes and four times the samples, as far as a job may go; false where it may not.
+bool refine(PlanOptions& options) {
+    const std::int64_t nodes = std::min(2 * options.resolution - 1, kNodesMost);
+    const std::int64_t samples = std::min({4 * options.sample_count, limits().sample_count_max,
+                                           limits().work_samples_max / (nodes * nodes)});
+    const bool finer = nodes > options.resolution || samples > options.sample_count;
+    options.resolution = nodes;
+    options.sample_count = std::max(samples, options.sample_count);
+    return finer && limits().work_samples_max / (nodes * nodes) >= options.sample_count;
+}
+
 void print(const std::vector<std::string>& lines) {
     std::string text;
     for (const std::string& line : lines) text += line + "\n";
@@ -205,11 +218,7 @@ Exit bake_scene(const SceneOptions& options) {
     for (;; ++report.rounds) {
         bake.bake(made);
         report.proof = bake.proof(made);
-        if (report.holds() || report.rounds > kRoundsMost) break;
-        request.options.resolution =
-            std::min<std::int64_t>(2 * request.options.resolution - 1, 1024);
-        request.options.sample_count =
-            std::min(4 * request.options.sample_count, limits().sample_count_max);
+        if (report.holds() || report.rounds > kRoundsMost || !refine(request.options)) break;
         made = plan_scene(scene, request.options);
     }
     if (interrupt.requested()) stop.leave();

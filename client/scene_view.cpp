@@ -45,6 +45,11 @@ std::string roughness_of(const JobSpec& job) {
     return format_number(axis.lo) + " to " + format_number(axis.hi);
 }
 
+std::string name_of(const MaterialUse& material) {
+    if (!material.name.empty() || !material.index) return printable(material.name);
+    return "material " + std::to_string(*material.index);
+}
+
 Estimate sum_of(const std::vector<PlannedTable>& tables) {
     Estimate sum;
     for (const PlannedTable& table : tables) sum.add(table.estimate);
@@ -163,8 +168,8 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
         lines.push_back("  albedo within " + format_error(worst->max) + " of the full set at " +
                         std::to_string(kProofPoints) +
                         " random angles a lobe; worst: " + std::string(to_word(worst->lobe)) +
-                        " of " + printable(plan.scene.materials[worst->material].name) +
-                        " at NoV " + format_number(worst->NoV) + ", roughness " +
+                        " of " + name_of(plan.scene.materials[worst->material]) + " at NoV " +
+                        format_number(worst->NoV) + ", roughness " +
                         format_number(worst->roughness));
     }
     if (report.rounds > 1)

@@ -71,6 +71,7 @@ void add_containers(std::vector<HostileScene>& all) {
     malformed("glb: cut in the JSON", good.substr(0, 40));
     malformed("glb: cut by a byte", good.substr(0, good.size() - 1));
     malformed("glb: a byte too many", good + "x");
+    malformed("glb: a chunk after the end", good + std::string("\0\0\0\0XYZW", 8));
     malformed("glb: version 1", with_binary_change(4, 1));
     malformed("glb: a length of 4 GB", with_binary_change(11, '\xFF'));
     malformed("glb: a chunk of 4 GB", with_binary_change(15, '\xFF'));
