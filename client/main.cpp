@@ -118,6 +118,13 @@ struct StudyCommand {
 };
 
 constexpr StudyCommand kStudies[] = {
+    {Kind::convergence, "Measure error against run time and samples", "job document",
+     "Examples:\n"
+     "  kiln convergence examples/split_sum.json -o convergence\n"
+     "  kiln convergence examples/split_sum.json --set sample_count=16384 --local -o convergence\n"
+     "\nGoes through every sampler, importance and backend from 32 samples to the job's, three "
+     "times,\nbeside quadrature and, where it is installed, cmgen. Writes convergence.png, .svg, "
+     ".csv and\n.json into DIR.\n"},
     {Kind::furnace, "Judge a material: white furnace, positivity, reciprocity", "job document",
      "Examples:\n"
      "  kiln furnace examples/split_sum.json\n"

@@ -7,6 +7,8 @@ namespace kiln {
 
 Studied make_study(Engine& engine, const JobSpec& job, const Control& control) {
     switch (job.kind) {
+        case Kind::convergence:
+            return study_convergence(engine, job, control);
         case Kind::furnace:
             return study_furnace(engine, job, control);
         default:

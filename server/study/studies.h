@@ -15,6 +15,7 @@ struct Studied {
 Studied make_study(Engine& engine, const JobSpec& job, const Control& control);
 
 // One a file.
+Studied study_convergence(Engine& engine, const JobSpec& job, const Control& control);
 Studied study_furnace(Engine& engine, const JobSpec& job, const Control& control);
 
 }  // namespace kiln
