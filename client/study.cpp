@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "client/cmgen.h"
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/json.h"
@@ -28,7 +29,7 @@ JobSpec load_study(const StudyOptions& options) {
 
 void write_files(const StudyOptions& options, const Study& study, const Baking& result) {
     const std::string start = options.folder + "/" + std::string(to_word(options.kind));
-    write_output(start + ".png", result.image);
+    write_output(start + ".png", draw_png(study));
     write_output(start + ".svg", draw_svg(study));
     write_output(start + ".csv", to_csv(study.table));
     write_output(start + ".json", result.report + "\n");
@@ -54,11 +55,13 @@ Exit study(const StudyOptions& options) {
     if (!options.folder.empty()) make_folder(options.folder);
     const Interrupt interrupt(options.timeout_s);
     const Stop stop(interrupt, options.timeout_s);
-    const Baking result = run_job(options, job, stop);
-    if (interrupt.requested()) stop.leave();
-    const auto found = study_of_report(result.report);
+    Baking result = run_job(options, job, stop);
+    auto found = study_of_report(result.report);
     if (!found)
         throw Failure(Exit::failed, "bad_answer", "the answer of " + result.where + " has no study");
+    if (options.kind == Kind::convergence && add_cmgen(job, *found))
+        result.report = with_study(result.report, *found);
+    if (interrupt.requested()) stop.leave();
     if (!options.folder.empty()) write_files(options, *found, result);
     if (options.json)
         write_output("-", result.report + "\n");

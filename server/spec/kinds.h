@@ -12,7 +12,7 @@ bool is_read(Kind kind, std::string_view field);
 /// What a study sets itself: quantities, axes, resolution and picture format.
 void prepare_study(JobSpec& job);
 
-/// Of a furnace study's table.
-inline constexpr std::int64_t kFurnaceAngles = 64, kFurnaceRoughnesses = 9;
+/// Of a furnace study's table: centres along NoV, nodes from roughness 0.1 to 1.
+inline constexpr std::int64_t kFurnaceAngles = 64, kFurnaceRoughnesses = 10;
 
 }  // namespace kiln

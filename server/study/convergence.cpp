@@ -104,14 +104,11 @@ class Convergence {
         integrate_exactly();
         const std::vector<Recipe> recipes = recipes_to_run();
         for (const Recipe& recipe : recipes) measure(recipe, recipes.size());
-        Studied made;
-        made.report = std::move(report_);
-        made.report.samples_total = samples_;
-        made.report.samples_per_texel = base_.sample_count;
-        made.report.error.clear();
-        made.report.trace.clear();
-        made.study = {"Convergence: " + title(), notes_, verdicts(), table(), charts()};
-        return made;
+        report_.samples_total = samples_;
+        report_.samples_per_texel = base_.sample_count;
+        report_.error.clear();
+        report_.trace.clear();
+        return {{"Convergence: " + title(), notes_, verdicts(), table(), charts()}, report_};
     }
 
   private:

@@ -36,6 +36,32 @@ cairo_status_t append(void* to, const unsigned char* bytes, unsigned length) {
     return CAIRO_STATUS_SUCCESS;
 }
 
+/// Lines of a text that fit a width at a size.
+std::vector<std::string> wrapped(const std::string& words, double width, double size) {
+    const Surface paper(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+    const std::unique_ptr<cairo_t, Freed> ruler(cairo_create(paper.get()));
+    std::vector<std::string> lines(1);
+    std::size_t at = 0;
+    while (at < words.size()) {
+        const std::size_t end = std::min(words.find(' ', at), words.size());
+        const std::string longer =
+            lines.back() + (lines.back().empty() ? "" : " ") + words.substr(at, end - at);
+        if (!lines.back().empty() && charts::text_width(ruler.get(), longer, size) > width)
+            lines.push_back(words.substr(at, end - at));
+        else
+            lines.back() = longer;
+        at = end + 1;
+    }
+    return lines;
+}
+
+/// A line of text below the charts, with the answer before it where it is a verdict's first.
+struct Word {
+    std::string answer;
+    charts::Colour colour = charts::kInk;
+    std::string line;
+};
+
 /// Two charts a row, heat maps and furnaces one; verdicts and notes below.
 class Sheet {
   public:
@@ -56,8 +82,8 @@ class Sheet {
         }
         if (half) y += row_height;
         words_top_ = y + kLine;
-        height_ = words_top_ +
-                  kLine * static_cast<double>(study.verdicts.size() + study.notes.size()) + kMargin;
+        collect_words();
+        height_ = words_top_ + kLine * static_cast<double>(words_.size()) + kMargin;
     }
     double width() const { return width_; }
     double height() const { return height_; }
@@ -70,26 +96,42 @@ class Sheet {
         for (std::size_t i = 0; i < places_.size(); ++i)
             charts::draw(to, study_.charts[i], places_[i]);
         double y = words_top_;
-        for (const Verdict& verdict : study_.verdicts) {
-            const auto colour = verdict.holds      ? charts::kGood
-                                : verdict.expected ? charts::kBad
-                                                   : charts::kMuted;
-            charts::text(to, kMargin + 12, y, verdict.holds ? "yes" : "no", 12, charts::Align::left,
-                         colour, true);
-            charts::text(to, kMargin + 48, y, verdict.name + ": " + verdict.words, 12);
-            y += kLine;
-        }
-        for (const std::string& note : study_.notes) {
-            charts::text(to, kMargin + 12, y, note, 11, charts::Align::left, charts::kMuted);
+        for (const Word& word : words_) {
+            const bool note = word.answer == kNote;
+            if (!note)
+                charts::text(to, kMargin + 12, y, word.answer, 12, charts::Align::left, word.colour,
+                             true);
+            charts::text(to, kMargin + (note ? 12 : 48), y, word.line, 12, charts::Align::left,
+                         note ? charts::kMuted : charts::kInk);
             y += kLine;
         }
     }
 
   private:
+    static constexpr const char* kNote = "note";
+
+    void collect_words() {
+        const double room = width_ - 2 * kMargin - 60;
+        for (const Verdict& v : study_.verdicts) {
+            const auto colour = v.holds      ? charts::kGood
+                                : v.expected ? charts::kBad
+                                             : charts::kMuted;
+            std::string answer = v.holds ? "yes" : "no";
+            for (const std::string& line : wrapped(v.name + ": " + v.words, room, 12)) {
+                words_.push_back({answer, colour, line});
+                answer.clear();
+            }
+        }
+        for (const std::string& note : study_.notes)
+            for (const std::string& line : wrapped(note, room, 12))
+                words_.push_back({kNote, charts::kMuted, line});
+    }
+
     static bool wide(const Chart& chart) { return !std::holds_alternative<LineChart>(chart); }
 
     const Study& study_;
     std::vector<Box> places_;
+    std::vector<Word> words_;
     double width_ = 0, height_ = 0, words_top_ = 0;
 };
 

@@ -19,7 +19,7 @@ namespace kiln {
 
 namespace {
 
-/// Pairs of directions at each roughness above 0; a million and more in all.
+/// Pairs of directions at each roughness; a million and more in all.
 constexpr int kPairs = 1 << 17;
 /// Between two looks at the clock.
 constexpr int kPairsALook = 1 << 14;
@@ -109,7 +109,7 @@ Albedos albedos_of(const Tables& tables, int colour, std::size_t y) {
     return albedos;
 }
 
-/// f(V, L) over random pairs of directions at all roughnesses above 0.
+/// f(V, L) over random pairs of directions at all roughnesses.
 struct Pointwise {
     Extreme least{std::numeric_limits<double>::infinity()};
     Extreme asymmetry{0};  ///< |f(V, L) − f(L, V)| over the greater of the two
@@ -123,7 +123,6 @@ class PairWalk {
     Pointwise run() {
         const int colours = tables_.colours(Quantity::total_albedo);
         for (std::size_t y = 0; y < tables_.roughnesses(); ++y) {
-            if (tables_.roughness(y) == 0) continue;  // a mirror's lobe is no function
             for (int colour = 0; colour < colours; ++colour) walk(colour, y, kPairs / colours);
         }
         return found_;
@@ -334,7 +333,7 @@ Studied study_furnace(Engine& engine, const JobSpec& job, const Control& control
     made.study.table = table_of(tables);
     made.study.charts = charts_of(tables);
     made.study.notes = {text(
-        "f(V, L) over %d random pairs of directions at each roughness above 0; angles and "
+        "f(V, L) over %d random pairs of directions at each roughness; angles and "
         "standard errors from %lld samples each",
         kPairs, static_cast<long long>(job.sample_count))};
     made.report = tables.report();
