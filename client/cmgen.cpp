@@ -31,8 +31,7 @@ constexpr int kRuns = 3;
 constexpr std::size_t kTextBytesMax = 256u << 20;
 
 bool is_its_table(const JobSpec& job) {
-    return job.quantities ==
-               std::vector{Quantity::split_sum_scale, Quantity::split_sum_bias} &&
+    return job.quantities == std::vector{Quantity::split_sum_scale, Quantity::split_sum_bias} &&
            job.resolution.size() == 2 && job.resolution[0] == job.resolution[1] &&
            std::has_single_bit(static_cast<std::uint64_t>(job.resolution[0])) &&
            job.distribution == Distribution::ggx && job.masking == Masking::smith_correlated;
@@ -83,8 +82,7 @@ std::vector<double> values_in(const std::string& text) {
     std::vector<double> values;
     for (auto at = text.find("0x"); at != text.npos; at = text.find("0x", at + 1)) {
         half value;
-        value.setBits(
-            static_cast<std::uint16_t>(std::strtoul(text.c_str() + at, nullptr, 16)));
+        value.setBits(static_cast<std::uint16_t>(std::strtoul(text.c_str() + at, nullptr, 16)));
         values.push_back(static_cast<double>(static_cast<float>(value)));
     }
     return values;
@@ -149,9 +147,16 @@ bool add_cmgen(const JobSpec& job, Study& study) {
                                  {seconds.front()},
                                  {seconds.back()}});
     }
-    study.table.rows.push_back({std::string("cmgen"), std::string("hammersley"),
-                                std::string("ndf"), 1024.0, median, seconds.front(),
-                                seconds.back(), off.rms, off.max, {}});
+    study.table.rows.push_back({std::string("cmgen"),
+                                std::string("hammersley"),
+                                std::string("ndf"),
+                                1024.0,
+                                median,
+                                seconds.front(),
+                                seconds.back(),
+                                off.rms,
+                                off.max,
+                                {}});
     study.notes.push_back(
         "cmgen: its own file of the same size against exact values at its own texels, timed on "
         "this machine from start to end.");

@@ -138,7 +138,9 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
     CLI::App& command = *app.add_subcommand(name, study_command.summary);
     StudyOptions& options = arguments.study;
     if (*study_command.of != '\0') {
-        command.add_option("job", options.job, std::string(study_command.of) + ", - for standard input")
+        command
+            .add_option("job", options.job,
+                        std::string(study_command.of) + ", - for standard input")
             ->required()
             ->type_name("JOB.json");
         command.add_option("--set", options.settings, "change the job: seed=7, coupling=view, …")
@@ -149,9 +151,10 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
         ->type_name("DIR");
     add_run(command, options, arguments);
     add_json(command, arguments);
-    command.footer(study_command.footer +
-                   std::string("Exit status 6 where a verdict is not what is known of the model.\n") +
-                   kExitCodes);
+    command.footer(
+        study_command.footer +
+        std::string("Exit status 6 where a verdict is not what is known of the model.\n") +
+        kExitCodes);
     command.callback([&arguments, &options, kind = study_command.kind] {
         settle_run(options, arguments);
         options.kind = kind;
@@ -250,8 +253,8 @@ void expect_command(const CLI::App& app, int argc, char** argv) {
 void take_environment(Arguments& arguments) {
     const char* server = std::getenv("KILN_SERVER");
     if (server == nullptr) return;
-    for (RunOptions* options : {static_cast<RunOptions*>(&arguments.bake),
-                                static_cast<RunOptions*>(&arguments.study)})
+    for (RunOptions* options :
+         {static_cast<RunOptions*>(&arguments.bake), static_cast<RunOptions*>(&arguments.study)})
         if (options->server.empty() && !options->local) options->server = server;
     if (arguments.server.server.empty()) arguments.server.server = server;
 }

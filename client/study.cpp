@@ -58,7 +58,8 @@ Exit study(const StudyOptions& options) {
     Baking result = run_job(options, job, stop);
     auto found = study_of_report(result.report);
     if (!found)
-        throw Failure(Exit::failed, "bad_answer", "the answer of " + result.where + " has no study");
+        throw Failure(Exit::failed, "bad_answer",
+                      "the answer of " + result.where + " has no study");
     if (options.kind == Kind::convergence && add_cmgen(job, *found))
         result.report = with_study(result.report, *found);
     if (interrupt.requested()) stop.leave();

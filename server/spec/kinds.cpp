@@ -12,14 +12,14 @@ namespace {
 
 using Field = std::string_view;
 // A convergence study goes through every sampler, importance and backend that there is.
-constexpr Field kConvergence[] = {"kind",     "quantities", "resolution", "layout",
-                                  "sample_count", "microfacet", "fresnel", "diffuse",
-                                  "coupling", "multiscatter", "precision", "device", "seed"};
+constexpr Field kConvergence[] = {
+    "kind",    "quantities", "resolution",   "layout",    "sample_count", "microfacet", "fresnel",
+    "diffuse", "coupling",   "multiscatter", "precision", "device",       "seed"};
 constexpr Field kStability[] = {"kind", "device", "seed"};
 // Angles and roughnesses of a furnace study are its own.
-constexpr Field kFurnace[] = {"kind",       "sample_count", "sampler",   "importance",
-                              "microfacet", "fresnel",      "diffuse",   "coupling",
-                              "multiscatter", "precision",  "device",    "seed"};
+constexpr Field kFurnace[] = {"kind",         "sample_count", "sampler", "importance",
+                              "microfacet",   "fresnel",      "diffuse", "coupling",
+                              "multiscatter", "precision",    "device",  "seed"};
 
 bool holds(std::span<const Field> fields, Field field) {
     return std::find(fields.begin(), fields.end(), field) != fields.end();

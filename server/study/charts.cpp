@@ -151,8 +151,8 @@ void draw_legend(cairo_t* to, const LineChart& chart, Box box) {
     const std::size_t columns = legend_columns(chart);
     const std::size_t rows = (chart.series.size() + columns - 1) / columns;
     for (std::size_t i = 0; i < chart.series.size(); ++i) {
-        const double x = box.x + static_cast<double>(i / rows) * box.width /
-                                     static_cast<double>(columns);
+        const double x =
+            box.x + static_cast<double>(i / rows) * box.width / static_cast<double>(columns);
         const double y = box.y + kLegendLine * static_cast<double>(i % rows);
         set(to, kLines[i % kLines.size()]);
         cairo_set_line_width(to, 2.2);
@@ -180,8 +180,9 @@ void draw(cairo_t* to, const LineChart& chart, Box box) {
     cairo_set_line_width(to, 1);
     cairo_rectangle(to, plot.x, plot.y, plot.width, plot.height);
     cairo_stroke(to);
-    draw_legend(to, chart,
-                {plot.x, plot.y + plot.height + 44 + kLegendLine, plot.width, legend_height(chart)});
+    draw_legend(
+        to, chart,
+        {plot.x, plot.y + plot.height + 44 + kLegendLine, plot.width, legend_height(chart)});
 }
 
 /// From dark blue to yellow: brightness rises evenly, so that it reads in grey too.
@@ -240,8 +241,8 @@ void draw_cells(cairo_t* to, const HeatMap& map, Box plot) {
         if (map.marked.empty() || !map.marked[i]) continue;
         set(to, kBad);
         cairo_set_line_width(to, 1.6);
-        cairo_rectangle(to, plot.x + column * width + 1, plot.y + row * kCellHeight + 1, width - 2.5,
-                        kCellHeight - 2.5);
+        cairo_rectangle(to, plot.x + column * width + 1, plot.y + row * kCellHeight + 1,
+                        width - 2.5, kCellHeight - 2.5);
         cairo_stroke(to);
     }
 }
@@ -295,9 +296,8 @@ std::array<double, 3> at_NoV(const FurnaceBall& ball, double NoV) {
     const std::size_t above = std::min(below + 1, ball.by_NoV.size() - 1);
     std::array<double, 3> value{};
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] = ball.by_NoV[below][c] +
-                   (at - static_cast<double>(below)) *
-                       (ball.by_NoV[above][c] - ball.by_NoV[below][c]);
+        value[c] = ball.by_NoV[below][c] + (at - static_cast<double>(below)) *
+                                               (ball.by_NoV[above][c] - ball.by_NoV[below][c]);
     return value;
 }
 

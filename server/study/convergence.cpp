@@ -132,7 +132,10 @@ class Convergence {
 
     /// Control for the runs inside: the study's own progress stays the caller's.
     Control quiet() const {
-        return {[this](const Progress&) { control_.progress({fraction_, {}}); }, control_.cancelled};
+        return {[this](const Progress&) {
+                    control_.progress({fraction_, {}});
+                },
+                control_.cancelled};
     }
 
     std::vector<Recipe> recipes_to_run() {
@@ -185,8 +188,7 @@ class Convergence {
     Measured point_of(const Recipe& recipe, std::int64_t sample_count) {
         Measured point{sample_count, {}, 0, 0, 0};
         for (std::uint64_t run = 0; run < kRuns; ++run) {
-            const Outcome outcome =
-                engine_.run(job_of(recipe, sample_count, run), quiet(), false);
+            const Outcome outcome = engine_.run(job_of(recipe, sample_count, run), quiet(), false);
             const Distance off = distance(outcome.table, truth_);
             point.seconds[run] = outcome.report.run_time_s.integrate;
             point.error_rms += off.rms * off.rms / kRuns;
@@ -259,8 +261,8 @@ class Convergence {
 
     StudyTable table() const {
         StudyTable table;
-        table.columns = {"backend",   "sampler",   "importance", "sample_count",
-                         "seconds",   "seconds_least", "seconds_most", "error_rms",
+        table.columns = {"backend",   "sampler",           "importance",   "sample_count",
+                         "seconds",   "seconds_least",     "seconds_most", "error_rms",
                          "error_max", "standard_error_rms"};
         for (const auto& [recipe, points] : curves_)
             for (const Measured& p : points)
@@ -270,8 +272,16 @@ class Convergence {
                                       static_cast<double>(p.sample_count), p.median(), p.least(),
                                       p.most(), p.error_rms, p.error_max, p.standard_error_rms});
         const Measured& q = quadrature_;
-        table.rows.push_back({report_.device.backend, std::string("quadrature"), {}, {}, q.median(),
-                              q.least(), q.most(), q.error_rms, q.error_max, {}});
+        table.rows.push_back({report_.device.backend,
+                              std::string("quadrature"),
+                              {},
+                              {},
+                              q.median(),
+                              q.least(),
+                              q.most(),
+                              q.error_rms,
+                              q.error_max,
+                              {}});
         return table;
     }
 

@@ -27,8 +27,8 @@ using Surface = std::unique_ptr<cairo_surface_t, Freed>;
 
 void check(cairo_status_t status) {
     if (status != CAIRO_STATUS_SUCCESS)
-        throw Error("cannot_draw", std::string("the diagrams cannot be drawn: ") +
-                                       cairo_status_to_string(status));
+        throw Error("cannot_draw",
+                    std::string("the diagrams cannot be drawn: ") + cairo_status_to_string(status));
 }
 
 cairo_status_t append(void* to, const unsigned char* bytes, unsigned length) {

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "server/compute/axes.h"
 #include "server/base/error.h"
+#include "server/compute/axes.h"
 #include "server/spec/channels.h"
 #include "server/spec/words.h"
 #include "server/study/reflectance.h"
@@ -53,9 +53,9 @@ class Tables {
 
     /// How many colours a quantity has here: 1 or 3.
     int colours(Quantity quantity) const {
-        return static_cast<int>(std::count_if(
-            channels_.begin(), channels_.end(),
-            [&](const Channel& channel) { return channel.quantity == quantity; }));
+        return static_cast<int>(
+            std::count_if(channels_.begin(), channels_.end(),
+                          [&](const Channel& channel) { return channel.quantity == quantity; }));
     }
     double value(Quantity quantity, int colour, std::size_t x, std::size_t y) const {
         return outcome_.table.planes[index(quantity, colour)][y * angles() + x];
@@ -202,15 +202,15 @@ Verdict positivity(const JobSpec& job, const Pointwise& found) {
 }
 
 Verdict reciprocity(const JobSpec& job, const Pointwise& found) {
-    Verdict v{"reciprocity", found.asymmetry.value <= kReciprocal, true,
-              found.asymmetry.value,  kReciprocal, ""};
+    Verdict v{"reciprocity", found.asymmetry.value <= kReciprocal,
+              true,          found.asymmetry.value,
+              kReciprocal,   ""};
     const std::string known = v.holds ? "" : known_asymmetry(job);
     v.expected = known.empty();
     v.words = text("|f(V, L) - f(L, V)| is at most %.2g of the greater", found.asymmetry.value) +
               (v.holds ? ""
-                       : text(", at roughness %.3g, NoV %.3g, NoL %.3g",
-                              found.asymmetry.roughness, found.asymmetry.NoV,
-                              found.asymmetry.NoL)) +
+                       : text(", at roughness %.3g, NoV %.3g, NoL %.3g", found.asymmetry.roughness,
+                              found.asymmetry.NoV, found.asymmetry.NoL)) +
               because(known);
     return v;
 }
@@ -267,8 +267,8 @@ StudyTable table_of(const Tables& tables) {
     const std::array<std::string, 3> names{".R", ".G", ".B"};
     for (const char* figure : {"total_albedo", "standard_error"})
         for (int c = 0; c < colours; ++c)
-            table.columns.push_back(
-                figure + (colours == 1 ? "" : names[static_cast<std::size_t>(c)]));
+            table.columns.push_back(figure +
+                                    (colours == 1 ? "" : names[static_cast<std::size_t>(c)]));
     for (std::size_t y = 0; y < tables.roughnesses(); ++y)
         for (std::size_t x = 0; x < tables.angles(); ++x) {
             std::vector<Cell> row{tables.roughness(y), tables.NoV(x)};
@@ -287,7 +287,11 @@ std::vector<Chart> charts_of(const Tables& tables) {
     FurnaceBalls balls{"Seen in a white furnace: what is brighter than the surroundings adds light",
                        {}};
     LineChart lines{colours == 1 ? "Furnace value over angle" : "Furnace value over angle, green",
-                    "NoV", "total albedo", false, false, {}};
+                    "NoV",
+                    "total albedo",
+                    false,
+                    false,
+                    {}};
     for (std::size_t y = 0; y < tables.roughnesses(); y += 2) {
         const std::string name = text("roughness %.3g", tables.roughness(y));
         FurnaceBall ball{name, {}};
@@ -295,8 +299,7 @@ std::vector<Chart> charts_of(const Tables& tables) {
         for (std::size_t x = 0; x < tables.angles(); ++x) {
             std::array<double, 3> value{};
             for (int c = 0; c < 3; ++c)
-                value[static_cast<std::size_t>(c)] =
-                    tables.value(Quantity::total_albedo, c, x, y);
+                value[static_cast<std::size_t>(c)] = tables.value(Quantity::total_albedo, c, x, y);
             ball.by_NoV.push_back(value);
             series.x.push_back(tables.NoV(x));
             series.y.push_back(value[1]);
@@ -332,10 +335,10 @@ Studied study_furnace(Engine& engine, const JobSpec& job, const Control& control
                            reciprocity(job, pointwise), preservation(furnace)};
     made.study.table = table_of(tables);
     made.study.charts = charts_of(tables);
-    made.study.notes = {text(
-        "f(V, L) over %d random pairs of directions at each roughness; angles and "
-        "standard errors from %lld samples each",
-        kPairs, static_cast<long long>(job.sample_count))};
+    made.study.notes = {
+        text("f(V, L) over %d random pairs of directions at each roughness; angles and "
+             "standard errors from %lld samples each",
+             kPairs, static_cast<long long>(job.sample_count))};
     made.report = tables.report();
     return made;
 }

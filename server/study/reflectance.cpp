@@ -42,8 +42,7 @@ Reflectance::Reflectance(const JobSpec& job, int colour, double roughness, const
 double Reflectance::F(double cosine) const { return fresnel(job_.fresnel, colour_, cosine); }
 
 double Reflectance::operator()(const Directions& d) const {
-    const double VoH =
-        one_lane::diffuse_directions(d.NoV, d.NoL, sine(d.NoL), d.cos_phi).VoH;
+    const double VoH = one_lane::diffuse_directions(d.NoV, d.NoL, sine(d.NoL), d.cos_phi).VoH;
     const double single = specular(d);
     // Of `view`, F stands outside of the lobe.
     const double factor = F(job_.coupling == Coupling::view ? d.NoV : VoH);
@@ -53,8 +52,8 @@ double Reflectance::operator()(const Directions& d) const {
 double Reflectance::specular(const Directions& d) const {
     const KernelMaterial lobe = lobe_of(job_);
     const double alpha = alpha_from_roughness(roughness_);
-    const auto s = one_lane::scatter_hemisphere(KILN_IMPORTANCE_COSINE, d.NoV, d.cos_phi, d.NoL,
-                                                sine(d.NoL));
+    const auto s =
+        one_lane::scatter_hemisphere(KILN_IMPORTANCE_COSINE, d.NoV, d.cos_phi, d.NoL, sine(d.NoL));
     return one_lane::microfacet_D(lobe.distribution, alpha, s.NoH, s.sin2_H) *
            one_lane::microfacet_visibility(lobe.distribution, lobe.masking, alpha, s);
 }
@@ -90,8 +89,7 @@ double Reflectance::diffuse(const Directions& d, double VoH) const {
 // Kulla, Conty 2017 after Kelemen, Szirmay-Kalos 2001: what the specular lobe leaves over on both
 // sides, normalised.
 double Reflectance::kelemen(const Directions& d) const {
-    return albedo_ * (1 - at(albedos_.compensated, d.NoV)) *
-           (1 - at(albedos_.compensated, d.NoL)) /
+    return albedo_ * (1 - at(albedos_.compensated, d.NoV)) * (1 - at(albedos_.compensated, d.NoL)) /
            (std::numbers::pi * (1 - compensated_average_));
 }
 

@@ -66,17 +66,22 @@ Json to_json(const LineChart& chart) {
                           {"y", numbers(s.y)},
                           {"low", numbers(s.low)},
                           {"high", numbers(s.high)}});
-    return {{"chart", "lines"},        {"title", chart.title}, {"x_label", chart.x_label},
+    return {{"chart", "lines"},         {"title", chart.title}, {"x_label", chart.x_label},
             {"y_label", chart.y_label}, {"log_x", chart.log_x}, {"log_y", chart.log_y},
             {"series", series}};
 }
 
 Json to_json(const HeatMap& map) {
-    return {{"chart", "heat_map"},       {"title", map.title},
-            {"x_label", map.x_label},    {"y_label", map.y_label},
-            {"value_label", map.value_label}, {"columns", map.columns},
-            {"rows", map.rows},          {"values", numbers(map.values)},
-            {"low", map.low},            {"high", map.high},
+    return {{"chart", "heat_map"},
+            {"title", map.title},
+            {"x_label", map.x_label},
+            {"y_label", map.y_label},
+            {"value_label", map.value_label},
+            {"columns", map.columns},
+            {"rows", map.rows},
+            {"values", numbers(map.values)},
+            {"low", map.low},
+            {"high", map.high},
             {"marked", map.marked}};
 }
 
@@ -97,15 +102,9 @@ LineChart lines_of(const Json& json) {
 }
 
 HeatMap heat_map_of(const Json& json) {
-    return {json.at("title"),
-            json.at("x_label"),
-            json.at("y_label"),
-            json.at("value_label"),
-            json.at("columns"),
-            json.at("rows"),
-            numbers(json.at("values")),
-            json.at("low"),
-            json.at("high"),
+    return {json.at("title"),           json.at("x_label"), json.at("y_label"),
+            json.at("value_label"),     json.at("columns"), json.at("rows"),
+            numbers(json.at("values")), json.at("low"),     json.at("high"),
             json.at("marked")};
 }
 
@@ -150,8 +149,7 @@ Study study_of(const Json& json) {
     Study study{json.at("title"), json.at("notes"), {}, {}, {}};
     for (const Json& v : json.at("verdicts"))
         study.verdicts.push_back({v.at("name"), v.at("holds"), v.at("expected"),
-                                  optional(v.at("value")), optional(v.at("bound")),
-                                  v.at("words")});
+                                  optional(v.at("value")), optional(v.at("bound")), v.at("words")});
     study.table.columns = json.at("table").at("columns");
     for (const Json& cells : json.at("table").at("rows")) {
         auto& row = study.table.rows.emplace_back();

@@ -66,11 +66,11 @@ double order(const std::map<double, double>& points) {
     return std::log(last.second / first.second) / std::log(last.first / first.first);
 }
 
-// Independent points: -1/2, and the rms over 64 texels and 3 runs strays from its mean by some 5 %
-// at either end of seven doublings, 0.02 of the order; three times that. Scrambled Sobol points of a
-// smooth integrand beat -0.85 (facts of the samplers).
+// Independent points: -1/2. The texels of a run share their points, so an rms over three runs
+// strays by some 40 % from its mean: over seven doublings 0.12 of the order; nearly three times
+// that. Scrambled Sobol points of a smooth integrand beat -0.85 (facts of the samplers).
 TEST(Convergence, OrdersAreThoseOfTheSamplers) {
-    EXPECT_NEAR(order(curve("random", "vndf")), -0.5, 0.07);
+    EXPECT_NEAR(order(curve("random", "vndf")), -0.5, 0.3);
     EXPECT_LE(order(curve("sobol_owen", "vndf")), -0.85);
 }
 

@@ -70,7 +70,8 @@ void expect_one_material(const std::string& fields, double roughness) {
         const double NoV = (static_cast<double>(x) + 0.5) / kAngles;
         // 16384 samples: 3e-4; albedos between the angles of a table: a second difference of at
         // most 0.01 over eight; the rule: 1e-4.
-        EXPECT_NEAR(albedo_of(f, NoV), rows.row(Quantity::total_albedo)[x], 1.5e-3) << "NoV " << NoV;
+        EXPECT_NEAR(albedo_of(f, NoV), rows.row(Quantity::total_albedo)[x], 1.5e-3)
+            << "NoV " << NoV;
     }
 }
 

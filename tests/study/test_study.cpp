@@ -14,16 +14,17 @@ Study sample() {
                  inf = std::numeric_limits<double>::infinity();
     Study study;
     study.title = "A title";
-    study.notes = {"a note that is long enough to be laid on more than one line of the sheet, since "
-                   "it goes on and on about nothing in particular until it is longer than the "
-                   "paper is wide, and then some more"};
+    study.notes = {
+        "a note that is long enough to be laid on more than one line of the sheet, since "
+        "it goes on and on about nothing in particular until it is longer than the "
+        "paper is wide, and then some more"};
     study.verdicts = {{"energy", false, false, 1.5, 1.0, "too much"},
                       {"order", true, true, {}, inf, "fine"}};
     study.table = {{"a", "b, \"c\""}, {{1.0, std::string("x")}, {nan, {}}}};
-    study.charts = {LineChart{"Lines", "x", "y", true, false, {{"s", {1, 10}, {0, 1}, {}, {}}}},
-                    HeatMap{"Heat", "x", "y", "v", {"p", "q"}, {"r"}, {nan, 1e-3}, 1e-9, 1,
-                            {false, true}},
-                    FurnaceBalls{"Balls", {{"one", {{{0.5, 0.25, 1.5}}}}}}};
+    study.charts = {
+        LineChart{"Lines", "x", "y", true, false, {{"s", {1, 10}, {0, 1}, {}, {}}}},
+        HeatMap{"Heat", "x", "y", "v", {"p", "q"}, {"r"}, {nan, 1e-3}, 1e-9, 1, {false, true}},
+        FurnaceBalls{"Balls", {{"one", {{{0.5, 0.25, 1.5}}}}}}};
     return study;
 }
 
