@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deterministic quadrature of the isotropic GGX lobe: E, B and the deficit 1 − E, over the lights
-// of ray.h.
+// Deterministic quadrature of the isotropic GGX lobe: E, the deficit 1 − E, and B, which is E under
+// a Fresnel term, over the lights of ray.h.
 //
 // Rules: Gauss–Legendre under x = β (v⁻ᵐ − 1), v linear in the node (m = 8 outside, 4 inside).
 // It is as dense as the peak is narrow near x = 0, and thins out over the decades beyond, as the
@@ -16,9 +16,9 @@ typedef struct {
 } Albedo;
 
 // One node of the pieces above the horizon.
-KILN_FUNCTION Albedo quadrature_node(const int masking, const int fresnel, Eye eye, Ray ray,
-                                     real weight, KILN_GLOBAL const scalar* nodes,
-                                     const unsigned int count) {
+KILN_FUNCTION Albedo quadrature_node(const int masking, const int model,
+                                     KILN_GLOBAL const scalar* p, Eye eye, Ray ray, real weight,
+                                     KILN_GLOBAL const scalar* nodes, const unsigned int count) {
     const real across = eye.alpha * ray.sine, excess = across * across;
     const real S = lane_sqrt(lane_fma(ray.cosine, ray.cosine, excess));
     // At NoV = 0 the pieces below the mirror direction are points at the horizon, of weight 0.
@@ -30,7 +30,8 @@ KILN_FUNCTION Albedo quadrature_node(const int masking, const int fresnel, Eye e
     part.E = circle * shadowing;
     part.deficit = circle * smith_deficit(masking, eye.c, NoL, S, excess);
     part.B = lanes(K(0.0));
-    if (fresnel) part.B = measure * shadowing * quadrature_circle_fresnel(ray, nodes, count);
+    if (model != KILN_FRESNEL_NONE)
+        part.B = measure * shadowing * quadrature_circle_fresnel(model, p, ray, nodes, count);
     return part;
 }
 
@@ -39,9 +40,10 @@ KILN_FUNCTION Albedo quadrature_node(const int masking, const int fresnel, Eye e
 #define KILN_PIECE_HORIZON 2  // from the horizon up to meet it
 
 // `inner`, `inner_count`: the azimuth's rule.
-KILN_FUNCTION Albedo quadrature_piece(const int masking, const int fresnel, const int piece,
-                                      Eye eye, KILN_GLOBAL const scalar* nodes,
-                                      const unsigned int count, KILN_GLOBAL const scalar* inner,
+KILN_FUNCTION Albedo quadrature_piece(const int masking, const int model,
+                                      KILN_GLOBAL const scalar* p, const int piece, Eye eye,
+                                      KILN_GLOBAL const scalar* nodes, const unsigned int count,
+                                      KILN_GLOBAL const scalar* inner,
                                       const unsigned int inner_count) {
     const real peak = K(0.7) * eye.alpha * eye.one_plus_po2;
     // G2/G1 has a pole at −NoL ~ NoV where NoV << α, ever weaker: none is left at NoV = 0.
@@ -68,7 +70,8 @@ KILN_FUNCTION Albedo quadrature_piece(const int masking, const int fresnel, cons
         } else {
             ray = quadrature_ray(eye, x, x - eye.po, K(1.0) - x);
         }
-        const Albedo part = quadrature_node(masking, fresnel, eye, ray, weight, inner, inner_count);
+        const Albedo part =
+            quadrature_node(masking, model, p, eye, ray, weight, inner, inner_count);
         sum.E += part.E;
         sum.B += part.B;
         sum.deficit += part.deficit;
@@ -101,18 +104,21 @@ KILN_FUNCTION real quadrature_lost(Eye eye, KILN_GLOBAL const scalar* nodes,
 #endif
 
 // `nodes`: (node, weight) of the Gauss–Legendre rule of `order` nodes on [0, 1] by rising node,
-// then those of order / 2. `fresnel` 0 leaves B out (0). α = 0 is the mirror, the limit; widths
-// between 0 and KILN_ALPHA_MIN, beyond what the squares can hold, count as that.
-KILN_FUNCTION Albedo quadrature(const int masking, const int fresnel, real NoV, real alpha,
-                                KILN_GLOBAL const scalar* nodes, const unsigned int order) {
+// then those of order / 2. `model`: the Fresnel term in B, with its scalars p (fresnel.h);
+// KILN_FRESNEL_NONE leaves B out (0), KILN_FRESNEL_SCHLICK makes it that of F90's weight. α = 0 is
+// the mirror, the limit; widths between 0 and KILN_ALPHA_MIN, beyond what the squares can hold,
+// count as that.
+KILN_FUNCTION Albedo quadrature(const int masking, const int model, KILN_GLOBAL const scalar* p,
+                                real NoV, real alpha, KILN_GLOBAL const scalar* nodes,
+                                const unsigned int order) {
     const real width = lane_select(alpha > KILN_ALPHA_MIN, alpha, lanes(KILN_ALPHA_MIN));
     const Eye eye = quadrature_eye(NoV, width);
     KILN_GLOBAL const scalar* coarse = nodes + 2 * order;
     const Albedo above =
-        quadrature_piece(masking, fresnel, KILN_PIECE_ABOVE, eye, nodes, order, nodes, order);
+        quadrature_piece(masking, model, p, KILN_PIECE_ABOVE, eye, nodes, order, nodes, order);
     const Albedo below =
-        quadrature_piece(masking, fresnel, KILN_PIECE_BELOW, eye, nodes, order, nodes, order);
-    const Albedo horizon = quadrature_piece(masking, fresnel, KILN_PIECE_HORIZON, eye, coarse,
+        quadrature_piece(masking, model, p, KILN_PIECE_BELOW, eye, nodes, order, nodes, order);
+    const Albedo horizon = quadrature_piece(masking, model, p, KILN_PIECE_HORIZON, eye, coarse,
                                             order / 2, nodes, order);
     const real lost = quadrature_lost(eye, coarse, order / 2);
     // α² / (NoV + S) before the integrals over NoL
@@ -127,9 +133,9 @@ KILN_FUNCTION Albedo quadrature(const int masking, const int fresnel, real NoV, 
     result.deficit = lane_select(alpha > K(0.0), missing, lanes(K(0.0)));
     result.E = K(1.0) - result.deficit;
     result.B = lanes(K(0.0));
-    if (fresnel)
+    if (model != KILN_FRESNEL_NONE)
         result.B =
             lane_select(alpha > K(0.0), result.E * ((above.B + below.B + horizon.B) / divisor),
-                        fresnel_schlick_weight(NoV));
+                        quadrature_fresnel(model, p, NoV));
     return result;
 }

@@ -43,6 +43,8 @@ struct NativeQuadratureGroup {
     const Scalar* NoV;
     const Scalar* alpha;
     const Scalar* nodes;
+    const Scalar* parameters;
+    int fresnel;
     unsigned order;
     unsigned long texel_stride;
     Scalar* values;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -60,12 +62,17 @@ struct QuadratureResult {
     bool converged() const { return unsettled == 0; }
 };
 
+/// Where to integrate, NoV and alpha (of equal length) in [0, 1], and the Fresnel term's scalars.
+struct QuadraturePlaces {
+    std::span<const double> NoV, alpha;
+    std::array<double, kFresnelParameters> parameters{};
+};
+
 /// Runs two orders and raises the order of those texels alone that do not agree, which go on
-/// packed, until the error of all is within the tolerance or no order is left. NoV and alpha (of
-/// equal length) lie in [0, 1]; in float, tolerances below half the rounding count as that. Throws
-/// what the backend throws, and Error("non_finite").
+/// packed, until the error of all is within the tolerance or no order is left. In float, tolerances
+/// below half the rounding count as that. Throws what the backend throws, and Error("non_finite").
 QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,
-                                      std::span<const double> NoV, std::span<const double> alpha,
+                                      const QuadraturePlaces& places,
                                       const QuadratureTolerance& tolerance);
 
 /// One place in double, with no backend.
@@ -84,9 +91,17 @@ QuadratureValue quadrature_albedo(double NoV, double alpha, Masking masking);
 double quadrature_directional_albedo(double NoV, double alpha, Masking masking);
 /// 1 - E alone, without the subtraction.
 double quadrature_deficit(double NoV, double alpha, Masking masking);
-/// E_avg = 2 * integral of E NoV dNoV, absolute error <= 1e-9.
-double quadrature_average_albedo(double alpha, Masking masking);
-/// 1 - E_avg without the subtraction, relative error <= 1e-6 for alpha >= 1e-4.
-double quadrature_average_deficit(double alpha, Masking masking);
+struct QuadratureAverages {
+    std::vector<double> deficit;  ///< 1 - E_avg at each alpha
+    std::uint64_t evaluations = 0;
+};
+
+/// E_avg = 2 * integral of E NoV dNoV. Of 1 - E_avg the relative error is <= 1e-6 for alpha >=
+/// 1e-4, the absolute error <= 1e-9. `between` is called between launches and may throw.
+QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
+                                       std::span<const double> alpha,
+                                       const std::function<void()>& between);
+/// What its launches are specialised on.
+QuadratureKind quadrature_average_kind(Masking masking);
 
 }  // namespace kiln

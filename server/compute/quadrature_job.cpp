@@ -18,16 +18,61 @@ namespace {
 /// Places between two looks at the clock: some milliseconds.
 constexpr std::size_t kBlockPlaces = 8192;
 
-/// Means of the fast terms at some places, and how far the last two orders were apart.
+/// Of 1 - E where it is asked for, relative; what the averages are off by at most.
+constexpr double kDeficitTolerance = 1e-6;
+constexpr float kAverageError = 1e-9f;
+
+/// Means of terms at some places, and how far the last two orders were apart.
 struct Means {
-    std::vector<double> weight, schlick, deficit;
+    std::array<std::vector<double>, kTermCount> of;
     std::vector<float> error;
 };
 
+/// One run of the kernel: E and the deficit, and the term that it adds to them (or kWeight).
+struct Integral {
+    QuadratureKind kind;
+    std::size_t term = kWeight;
+    std::array<double, kFresnelParameters> parameters{};
+};
+
+/// The runs that a pass takes, one for each Fresnel term in it.
+std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
+    const KernelMaterial& material = pass.what.material;
+    if (material.averaged) return {{quadrature_average_kind(job.masking), kWeight, {}}};
+    std::vector<Integral> list;
+    const auto add = [&](std::size_t term, int fresnel,
+                         const std::array<double, kFresnelParameters>& parameters) {
+        list.push_back({{job.masking, fresnel, job.precision}, term, parameters});
+    };
+    if (material.terms & 1 << kSchlick) {
+        const double exponent = pass.parameters[kExponentParameter];
+        if (exponent == 5)
+            add(kSchlick, kSchlickWeight, {});
+        else
+            add(kSchlick, kSchlickPower, {0, 1, exponent});
+    }
+    for (std::size_t colour = 0; colour < 3; ++colour) {
+        if (!(material.terms & 1 << (kColour + colour))) continue;
+        std::array<double, kFresnelParameters> parameters;
+        std::copy_n(
+            pass.parameters.begin() + static_cast<std::ptrdiff_t>(colour * parameters.size()),
+            parameters.size(), parameters.begin());
+        add(kColour + colour, material.fresnel, parameters);
+    }
+    if (list.empty()) add(kWeight, kNoFresnel, {});
+    return list;
+}
+
 class Quadrature {
   public:
-    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, const Control& control)
-        : job_(job), plan_(plan), backend_(backend), control_(control), texels_(job) {
+    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, double tolerance,
+               const Control& control)
+        : job_(job),
+          plan_(plan),
+          backend_(backend),
+          tolerance_(tolerance),
+          control_(control),
+          texels_(job) {
         Table& table = outcome_.table;
         table.width = texels_.width();
         table.height = texels_.height();
@@ -48,7 +93,7 @@ class Quadrature {
         report.run_time_s.integrate =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         report.warnings = layout_warnings(job_);
-        report.status = unsettled_ == 0 ? "converged" : "roundoff_floor";
+        report.status = unsettled_ == 0 ? "converged" : "budget_exhausted";
         if (unsettled_ != 0)
             report.warnings.push_back(std::to_string(unsettled_) +
                                       " places did not reach the tolerance at the highest order");
@@ -83,14 +128,14 @@ class Quadrature {
                                  });
             }
         done_ += count;
-        control_.progress({static_cast<double>(done_) / planned_places(), {}});
-        if (control_.cancelled()) throw Cancelled();
+        stay_in_touch();
     }
 
     static double combined(const Combination& c, const Means& means, std::size_t i) {
-        return c[kWeight] * means.weight[i] +
-               c[kSchlick] * (means.schlick.empty() ? 0 : means.schlick[i]) +
-               c[kDeficit] * means.deficit[i];
+        double sum = 0;
+        for (std::size_t t = 0; t < kTermCount; ++t)
+            if (c[t] != 0) sum += c[t] * means.of[t][i];
+        return sum;
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
@@ -100,42 +145,56 @@ class Quadrature {
             alpha.push_back(pass.places.alpha(i));
         }
         const int terms = pass.what.material.terms;
-        const QuadratureKind kind{job_.masking, (terms & 1 << kSchlick) != 0, job_.precision};
-        QuadratureTolerance tolerance;
-        if (terms & 1 << kDeficit) tolerance.deficit_relative = 1e-6;
-        QuadratureResult found = integrate_quadrature(backend_, kind, NoV, alpha, tolerance);
-        count_work(found.evaluations, terms);
-        unsettled_ += found.unsettled;
-        return {std::move(found.E), std::move(found.B), std::move(found.deficit),
-                std::move(found.error)};
-    }
-
-    /// E_avg of each roughness, on the host: a line of the table at most.
-    Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
+        QuadratureTolerance tolerance{tolerance_, 0};
+        if (terms & 1 << kDeficit) tolerance.deficit_relative = kDeficitTolerance;
         Means means;
-        for (std::size_t i = first; i < first + count; ++i) {
-            const double deficit = quadrature_average_deficit(pass.places.alpha(i), job_.masking);
-            means.weight.push_back(1 - deficit);
-            means.deficit.push_back(deficit);
-            means.error.push_back(1e-9f);
-            control_.progress({static_cast<double>(done_ + i - first) / planned_places(), {}});
-            if (control_.cancelled()) throw Cancelled();
+        means.error.assign(count, 0);
+        for (const Integral& integral : integrals_of(job_, pass)) {
+            QuadratureResult found = integrate_quadrature(
+                backend_, integral.kind, {NoV, alpha, integral.parameters}, tolerance);
+            count_work(found.evaluations, integral.term, terms);
+            unsettled_ += found.unsettled;
+            for (std::size_t i = 0; i < count; ++i)
+                means.error[i] = std::max(means.error[i], found.error[i]);
+            if (integral.term != kWeight) means.of[integral.term] = std::move(found.B);
+            means.of[kWeight] = std::move(found.E);
+            means.of[kDeficit] = std::move(found.deficit);
         }
         return means;
     }
 
+    /// E_avg of each roughness.
+    Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
+        std::vector<double> alpha;
+        for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
+        QuadratureAverages found =
+            quadrature_averages(backend_, job_.masking, alpha, [this] { stay_in_touch(); });
+        count_work(found.evaluations, kWeight, pass.what.material.terms);
+        Means means;
+        means.of[kDeficit] = std::move(found.deficit);
+        for (const double deficit : means.of[kDeficit]) means.of[kWeight].push_back(1 - deficit);
+        means.error.assign(count, kAverageError);
+        return means;
+    }
+
+    void stay_in_touch() {
+        control_.progress({static_cast<double>(done_) / planned_places(), {}});
+        if (control_.cancelled()) throw Cancelled();
+    }
+
     double planned_places() const { return static_cast<double>(planned_); }
 
-    void count_work(std::uint64_t evaluations, int terms) {
+    void count_work(std::uint64_t evaluations, std::size_t term, int terms) {
         Work& work = outcome_.report.work;
         work.brdf_evaluations += evaluations;
-        if (terms & 1 << kSchlick) work.fresnel_evaluations += evaluations;
+        if (term != kWeight) work.fresnel_evaluations += evaluations;
         if (terms & 1 << kDeficit) work.multiscatter_evaluations += evaluations;
     }
 
     const JobSpec& job_;
     const Plan& plan_;
     Backend& backend_;
+    const double tolerance_;
     const Control& control_;
     const Texels texels_;
     Outcome outcome_;
@@ -145,9 +204,16 @@ class Quadrature {
 
 }  // namespace
 
+std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan) {
+    std::vector<KernelKind> kernels;
+    for (const Pass& pass : plan.passes)
+        for (const Integral& integral : integrals_of(job, pass)) kernels.push_back(integral.kind);
+    return kernels;
+}
+
 Outcome integrate_by_quadrature(const JobSpec& job, const Plan& plan, Backend& backend,
-                                const Control& control) {
-    return Quadrature(job, plan, backend, control).run();
+                                double tolerance, const Control& control) {
+    return Quadrature(job, plan, backend, tolerance, control).run();
 }
 
 }  // namespace kiln

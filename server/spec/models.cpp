@@ -199,6 +199,15 @@ class Models {
             job_.diffuse.albedo = numbers_of(document_["diffuse"]["albedo"]);
     }
 
+    /// A dielectric seen from inside, in any channel or slice.
+    bool reflects_totally() const {
+        if (job_.fresnel.model != Fresnel::dielectric) return false;
+        const auto& ior = job_.fresnel.ior;
+        const bool along_z = job_.axes.size() > 2 && job_.axes[2].parameter == Parameter::ior;
+        return along_z ? job_.axes[2].lo < 1
+                       : std::any_of(ior.begin(), ior.end(), [](double n) { return n < 1; });
+    }
+
     /// What quadrature has a rule for: kernels/quadrature.h.
     void check_quadrature() {
         const auto refuse = [&](const std::string& why) {
@@ -208,19 +217,15 @@ class Models {
         if (!quadrature_knows_lobe(job_))
             refuse("distribution " + in_quotes(to_word(job_.distribution)) + " under masking " +
                    in_quotes(to_word(job_.masking)));
-        else if (job_.fresnel.model == Fresnel::schlick && job_.fresnel.exponent != 5)
-            refuse("a Schlick exponent that is not 5");
         for (const Quantity quantity : job_.quantities) {
-            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
             const bool matte =
                 job_.coupling == Coupling::kelemen || job_.diffuse.model == DiffuseModel::none;
-            if (term && job_.fresnel.model > Fresnel::schlick)
-                refuse("Fresnel model " + in_quotes(to_word(job_.fresnel.model)));
+            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
+            if (term && reflects_totally())
+                refuse("an ior below 1: total reflection begins at a kink of the integrand");
             else if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
                 refuse("the diffuse lobe that " + in_quotes(to_word(quantity)) + " reads");
         }
-        if (problems_.sound("/device") && document_["device"] == "opencl")
-            add("/device", "\"opencl\" does not run the quadrature; allowed: auto, native");
     }
 
     void check_together() {

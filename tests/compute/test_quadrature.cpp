@@ -16,6 +16,7 @@
 namespace kiln {
 namespace {
 
+constexpr int kFresnelModels = 6;  // KILN_FRESNEL_NONE to _F82_TINT
 constexpr Masking kMaskings[] = {Masking::smith_correlated, Masking::smith_separable};
 
 reference::Masking in_reference(Masking masking) {
@@ -123,16 +124,23 @@ TEST(Quadrature, StaysInRangeAtExtremes) {
 }
 
 TEST(Quadrature, AveragesAreThoseOfTheReference) {
-    for (const Masking masking : kMaskings)
-        for (const double alpha : {1e-4, 0.01, 0.1, 0.25, 1.0}) {
-            const double deficit = reference::average_deficit(alpha, in_reference(masking));
-            EXPECT_NEAR(quadrature_average_deficit(alpha, masking) / deficit, 1, 1e-6) << alpha;
-            EXPECT_NEAR(quadrature_average_albedo(alpha, masking),
-                        reference::average_albedo(alpha, in_reference(masking)), 1e-9);
+    ThreadPool pool(1);
+    const auto backend = make_native_backend(pool, usable_instruction_sets().front());
+    const std::vector<double> alphas = {0, 1e-4, 0.01, 0.1, 0.25, 1.0};
+    for (const Masking masking : kMaskings) {
+        const auto deficits = quadrature_averages(*backend, masking, alphas, [] {}).deficit;
+        ASSERT_EQ(deficits.size(), alphas.size());
+        EXPECT_EQ(deficits[0], 0);
+        for (std::size_t i = 1; i < alphas.size(); ++i) {
+            const double deficit = reference::average_deficit(alphas[i], in_reference(masking));
+            EXPECT_NEAR(deficits[i] / deficit, 1, 1e-6) << alphas[i];
+            EXPECT_NEAR(1 - deficits[i],
+                        reference::average_albedo(alphas[i], in_reference(masking)), 1e-9);
         }
-    EXPECT_NEAR(quadrature_average_albedo(1, Masking::smith_correlated), 4 * (1 - std::log(2)) / 3,
-                1e-10);
-    EXPECT_EQ(quadrature_average_albedo(0, Masking::smith_separable), 1);
+        if (masking == Masking::smith_correlated) {
+            EXPECT_NEAR(1 - deficits.back(), 4 * (1 - std::log(2)) / 3, 1e-10);
+        }
+    }
 }
 
 TEST(Quadrature, NodesAreGaussLegendres) {
@@ -169,8 +177,9 @@ TEST(QuadratureOnNative, FloatIsWithin1e6OfDouble) {
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const Request request;
     for (const Masking masking : kMaskings) {
-        const auto narrow = integrate_quadrature(*backend, {masking, true, Precision::float32},
-                                                 request.NoV, request.alpha, {1e-6, 0});
+        const auto narrow =
+            integrate_quadrature(*backend, {masking, kSchlickWeight, Precision::float32},
+                                 {request.NoV, request.alpha, {}}, {1e-6, 0});
         EXPECT_TRUE(narrow.converged());
         for (std::size_t i = 0; i < request.NoV.size(); ++i) {
             SCOPED_TRACE(testing::Message() << request.NoV[i] << " " << request.alpha[i]);
@@ -186,9 +195,9 @@ TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
     ThreadPool pool(2);
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const Request request;
-    const QuadratureKind kind{Masking::smith_separable, true, Precision::float64};
+    const QuadratureKind kind{Masking::smith_separable, kSchlickWeight, Precision::float64};
     const auto result =
-        integrate_quadrature(*backend, kind, request.NoV, request.alpha, {1e-10, 1e-7});
+        integrate_quadrature(*backend, kind, {request.NoV, request.alpha, {}}, {1e-10, 1e-7});
     EXPECT_TRUE(result.converged());
     for (std::size_t i = 0; i < request.NoV.size(); ++i) {
         const auto wide = quadrature_albedo(request.NoV[i], request.alpha[i], kind.masking);
@@ -201,7 +210,7 @@ TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
         if (order <= result.order_max) all += quadrature_evaluations(order, true);
     EXPECT_LT(result.evaluations, all * request.NoV.size() / 2);
     const auto hopeless =
-        integrate_quadrature(*backend, kind, request.NoV, request.alpha, {1e-30, 0});
+        integrate_quadrature(*backend, kind, {request.NoV, request.alpha, {}}, {1e-30, 0});
     EXPECT_FALSE(hopeless.converged());
     EXPECT_EQ(hopeless.order_max, 112u);
 }
@@ -219,7 +228,10 @@ std::vector<Scalar> values(Backend& backend, const QuadratureKind& kind) {
     const std::vector<double> rule = quadrature_nodes(kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
     std::vector<Scalar> out(quadrature_planes(kind) * stride);
-    backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, nodes, kOrder, out});
+    const auto parameters = any_parameters<Scalar>();
+    backend.run(QuadratureLaunch<Scalar>{
+        kind, stride, texels, nodes, std::span<const Scalar>(parameters).first(kFresnelParameters),
+        kOrder, out});
     return out;
 }
 
@@ -232,7 +244,7 @@ void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
 
 void expect_same_bits(Backend& a, Backend& b) {
     for (const Masking masking : kMaskings)
-        for (const bool fresnel : {false, true}) {
+        for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel) {
             expect_same_bits<float>(a, b, {masking, fresnel, Precision::float32});
             expect_same_bits<double>(a, b, {masking, fresnel, Precision::float64});
         }
@@ -256,7 +268,7 @@ TEST(QuadratureOnOpenCl, GivesTheBitsOfNative) {
         GTEST_SKIP() << "no OpenCL device on this machine: " << error.what();
     }
     for (const Masking masking : kMaskings)
-        for (const bool fresnel : {false, true})
+        for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel)
             for (const Precision precision : {Precision::float32, Precision::float64}) {
                 const QuadratureKind kind{masking, fresnel, precision};
                 EXPECT_FALSE(device->built(kind));
