@@ -9,13 +9,15 @@
 #ifdef KILN_QUADRATURE
 __kernel void quadrature_table(__global const scalar* texels, __global const scalar* nodes,
                                __global const scalar* parameters, const uint order,
+                               const uint azimuths,
                                const uint texel_stride,
                                __global scalar* values) {
     const size_t group = get_global_id(0);
     const size_t lane_groups = texel_stride / KILN_LANES;
     __global const real* lane_texels = (__global const real*)texels;
     const Albedo albedo = quadrature(KILN_MASKING, KILN_FRESNEL, parameters, lane_texels[group],
-                                     lane_texels[lane_groups + group], nodes, order);
+                                     lane_texels[lane_groups + group], nodes, order,
+                                     azimuths);
     __global real* out = (__global real*)values + group;
     out[0] = albedo.E;
     out[lane_groups] = albedo.deficit;

@@ -8,8 +8,8 @@
 // horizon, κ / 2 in the azimuth. Four pieces: above the mirror direction, below it, from the
 // horizon up to the same point, and below the horizon (no peak: plain Gauss–Legendre).
 //
-// At order n these take n, n, n/2, n/2 nodes, and n inside. Largest errors, in double, over NoV and
-// α in [1e-4, 1]: see server/compute/quadrature.h.
+// At order n these take n, n, n/2, n/2 nodes; the azimuth has an order of its own. Largest errors,
+// in double, over NoV and α in [1e-4, 1]: see server/compute/quadrature.h.
 
 typedef struct {
     real E, B, deficit;
@@ -104,22 +104,23 @@ KILN_FUNCTION real quadrature_lost(Eye eye, KILN_GLOBAL const scalar* nodes,
 #endif
 
 // `nodes`: (node, weight) of the Gauss–Legendre rule of `order` nodes on [0, 1] by rising node,
-// then those of order / 2. `model`: the Fresnel term in B, with its scalars p (fresnel.h);
-// KILN_FRESNEL_NONE leaves B out (0), KILN_FRESNEL_SCHLICK makes it that of F90's weight. α = 0 is
-// the mirror, the limit; widths between 0 and KILN_ALPHA_MIN, beyond what the squares can hold,
-// count as that.
+// then those of order / 2, then those of the azimuth. `model`: the Fresnel term in B, with its
+// scalars p (fresnel.h); KILN_FRESNEL_NONE leaves B out (0), KILN_FRESNEL_SCHLICK makes it that of
+// F90's weight. α = 0 is the mirror, the limit; widths between 0 and KILN_ALPHA_MIN, beyond what
+// the squares can hold, count as that.
 KILN_FUNCTION Albedo quadrature(const int masking, const int model, KILN_GLOBAL const scalar* p,
                                 real NoV, real alpha, KILN_GLOBAL const scalar* nodes,
-                                const unsigned int order) {
+                                const unsigned int order, const unsigned int azimuths) {
     const real width = lane_select(alpha > KILN_ALPHA_MIN, alpha, lanes(KILN_ALPHA_MIN));
     const Eye eye = quadrature_eye(NoV, width);
     KILN_GLOBAL const scalar* coarse = nodes + 2 * order;
+    KILN_GLOBAL const scalar* inner = coarse + 2 * (order / 2);
     const Albedo above =
-        quadrature_piece(masking, model, p, KILN_PIECE_ABOVE, eye, nodes, order, nodes, order);
+        quadrature_piece(masking, model, p, KILN_PIECE_ABOVE, eye, nodes, order, inner, azimuths);
     const Albedo below =
-        quadrature_piece(masking, model, p, KILN_PIECE_BELOW, eye, nodes, order, nodes, order);
+        quadrature_piece(masking, model, p, KILN_PIECE_BELOW, eye, nodes, order, inner, azimuths);
     const Albedo horizon = quadrature_piece(masking, model, p, KILN_PIECE_HORIZON, eye, coarse,
-                                            order / 2, nodes, order);
+                                            order / 2, inner, azimuths);
     const real lost = quadrature_lost(eye, coarse, order / 2);
     // α² / (NoV + S) before the integrals over NoL
     const real sine = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV)) * width;

@@ -64,8 +64,8 @@ class NativeBackend : public Backend {
         each_group(launch.texel_stride, lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.parameters.data(), launch.what.fresnel, launch.order,
-                      launch.texel_stride, launch.values.data() + first});
+                      launch.parameters.data(), launch.what.fresnel, launch.order.elevation,
+                      launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
         });
     }
 

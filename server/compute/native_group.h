@@ -45,7 +45,7 @@ struct NativeQuadratureGroup {
     const Scalar* nodes;
     const Scalar* parameters;
     int fresnel;
-    unsigned order;
+    unsigned order, azimuths;
     unsigned long texel_stride;
     Scalar* values;
 };

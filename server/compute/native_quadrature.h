@@ -20,8 +20,8 @@ static void group_quadrature(const NativeQuadratureGroup<scalar>& group) {
         alpha[lane] = group.alpha[lane];
     }
     const int model = fresnel == kGeneralFresnel ? group.fresnel : fresnel;
-    const Albedo albedo =
-        quadrature(masking, model, group.parameters, NoV, alpha, group.nodes, group.order);
+    const Albedo albedo = quadrature(masking, model, group.parameters, NoV, alpha, group.nodes,
+                                     group.order, group.azimuths);
     store(group.values, albedo.E);
     store(group.values + group.texel_stride, albedo.deficit);
     if (fresnel != KILN_FRESNEL_NONE) store(group.values + 2 * group.texel_stride, albedo.B);

@@ -191,13 +191,14 @@ struct OpenClBackend::State {
     void launch(const Built& program, const QuadratureLaunch<Scalar>& launch, Room& room) const {
         const cl::Buffer texels = copy(launch.texels), nodes = copy(launch.nodes),
                          parameters = copy(launch.parameters);
-        const cl_uint order = launch.order;
+        const cl_uint order = launch.order.elevation, azimuths = launch.order.azimuth;
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
         enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.values, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), nodes.address()},
                  {sizeof(cl_mem), parameters.address()},
                  {sizeof(order), &order},
+                 {sizeof(azimuths), &azimuths},
                  {sizeof(stride), &stride}});
     }
 
@@ -225,7 +226,7 @@ struct OpenClBackend::State {
     template <typename Scalar>
     bool equals_oracle(const Built& program, const QuadratureKind& what) const {
         constexpr std::size_t kStride = 64;
-        constexpr unsigned kOrder = kQuadratureOrders[0];
+        constexpr QuadratureOrder kOrder = kQuadratureOrders[0];
         const std::vector<Scalar> texels = trial_texels<Scalar>(8);
         const std::vector<double> rule = quadrature_nodes(kOrder);
         const std::vector<Scalar> nodes(rule.begin(), rule.end());

@@ -144,17 +144,20 @@ class Raising {
     std::vector<Scalar> parameters_;
     QuadratureTolerance tolerance_;
     QuadratureResult result_;
-    unsigned order_ = 0;
+    QuadratureOrder order_;
     std::vector<Scalar> nodes_, texels_, values_;
 };
 
 }  // namespace
 
-std::vector<double> quadrature_nodes(unsigned order) {
+std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts) {
     std::vector<double> nodes;
-    append_rule(order, nodes);
-    append_rule(order / 2, nodes);
+    for (const unsigned count : counts) append_rule(count, nodes);
     return nodes;
+}
+
+std::vector<double> quadrature_nodes(QuadratureOrder order) {
+    return gauss_legendre({order.elevation, order.elevation / 2, order.azimuth});
 }
 
 QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,

@@ -24,20 +24,23 @@
 namespace kiln {
 
 /// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
-constexpr std::uint64_t quadrature_evaluations(unsigned order, bool fresnel) {
-    const std::uint64_t reflecting = 2 * std::uint64_t{order} + order / 2;
-    return reflecting * (fresnel ? 1 + std::uint64_t{order} : 1) + order / 2;
+constexpr std::uint64_t quadrature_evaluations(QuadratureOrder order, bool fresnel) {
+    const std::uint64_t n = order.elevation, reflecting = 2 * n + n / 2;
+    return reflecting * (fresnel ? 1 + std::uint64_t{order.azimuth} : 1) + n / 2;
 }
 
-/// (node, weight) of the Gauss-Legendre rule on [0, 1], of `order` nodes and then of order / 2: by
-/// + - x / and square roots alone, so the same on every machine. Error <= 2e-16.
-std::vector<double> quadrature_nodes(unsigned order);
+/// (node, weight) of the Gauss-Legendre rule on [0, 1], of each of these counts in turn: by + - x /
+/// and square roots alone, so the same on every machine. Error <= 2e-16.
+std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts);
+/// Those that a launch of this order takes.
+std::vector<double> quadrature_nodes(QuadratureOrder order);
 
 /// The orders that are tried in turn, all even. Their errors fall like q^order, q = 0.5 to 0.7:
 /// from one to the next by a factor of 40 and more wherever they are below 1e-3.
 /// Tolerances below kQuadratureTight start at 28: by then the error hardly changes its sign any
 /// more, where two orders would agree by chance.
-inline constexpr unsigned kQuadratureOrders[] = {14, 20, 28, 40, 56, 80, 112};
+inline constexpr QuadratureOrder kQuadratureOrders[] = {{14, 14}, {20, 20}, {28, 28},  {40, 40},
+                                                        {56, 56}, {80, 80}, {112, 112}};
 inline constexpr std::size_t kQuadratureTightStart = 2;
 inline constexpr double kQuadratureTight = 1e-7;
 
@@ -57,7 +60,7 @@ struct QuadratureResult {
     std::vector<float> error;
     std::vector<float> deficit_error;  ///< the same, relative
     std::uint64_t evaluations = 0;
-    unsigned order_max = 0;
+    QuadratureOrder order_max;
     std::size_t unsettled = 0;  ///< texels whose error is still above the tolerance
     bool converged() const { return unsettled == 0; }
 };
@@ -80,7 +83,7 @@ struct QuadratureValue {
     double E = 0, B = 0, deficit = 0;
     double error = 0;          ///< as in QuadratureResult
     double deficit_error = 0;  ///< relative
-    unsigned order = 0;
+    QuadratureOrder order;
 };
 
 /// E, B and 1 - E. Absolute error <= 1e-9 and relative error of the deficit <= 1e-6 for NoV, alpha

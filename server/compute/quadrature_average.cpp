@@ -18,7 +18,7 @@ constexpr double kAbsolute = 1e-10, kRelative = 1e-7;
 /// takes to the 12th order.
 class AverageRule {
   public:
-    explicit AverageRule(unsigned order) : order_(order), nodes_(quadrature_nodes(order)) {}
+    explicit AverageRule(unsigned order) : order_(order), nodes_(gauss_legendre({order})) {}
 
     void append(double alpha, std::vector<double>& NoV, std::vector<double>& weights) const {
         const double width = std::min(0.7 * alpha, 0.5);
@@ -73,7 +73,7 @@ QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
     for (std::size_t i = 0; i < alpha.size(); ++i)
         if (alpha[i] > 0) left.push_back(i);
     for (std::size_t step = 0; step < std::size(kQuadratureOrders) && !left.empty(); ++step) {
-        const AverageRule rule(kQuadratureOrders[step]);
+        const AverageRule rule(kQuadratureOrders[step].elevation);
         std::vector<std::size_t> unsettled;
         for (std::size_t first = 0; first < left.size(); first += kPlacesALaunch) {
             const auto places =

@@ -29,10 +29,10 @@ const std::vector<double>& nodes_of(std::size_t step) {
 
 QuadratureValue at_order(double NoV, double alpha, Masking masking, bool fresnel,
                          std::size_t step) {
-    const unsigned order = kQuadratureOrders[step];
+    const QuadratureOrder order = kQuadratureOrders[step];
     const Albedo albedo =
         quadrature(static_cast<int>(masking), fresnel ? KILN_FRESNEL_SCHLICK : KILN_FRESNEL_NONE,
-                   nullptr, NoV, alpha, nodes_of(step).data(), order);
+                   nullptr, NoV, alpha, nodes_of(step).data(), order.elevation, order.azimuth);
     return {albedo.E, albedo.B, albedo.deficit, 0, 0, order};
 }
 

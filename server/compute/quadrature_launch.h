@@ -28,6 +28,11 @@ constexpr std::size_t quadrature_planes(const QuadratureKind& kind) {
     return kind.fresnel != kNoFresnel ? 3 : 2;
 }
 
+/// Even: nodes of the longest pieces of the elevation, and of the azimuth.
+struct QuadratureOrder {
+    unsigned elevation = 0, azimuth = 0;
+};
+
 /// One device call: kernels/quadrature.h at one order.
 template <typename Scalar>
 struct QuadratureLaunch {
@@ -36,7 +41,7 @@ struct QuadratureLaunch {
     std::span<const Scalar> texels;      ///< NoV of each, then alpha of each: 2 × texel_stride
     std::span<const Scalar> nodes;       ///< quadrature_nodes(order)
     std::span<const Scalar> parameters;  ///< of the Fresnel term: kFresnelParameters
-    unsigned order = 0;
+    QuadratureOrder order;
     std::span<Scalar> values;  ///< out: [plane][texel_stride]
 };
 
