@@ -41,6 +41,12 @@ std::optional<double> number_at(const Json& object, const char* key) {
     return found->get<double>();
 }
 
+std::optional<std::int64_t> integer_at(const Json& object, const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_number_integer()) return std::nullopt;
+    return found->get<std::int64_t>();
+}
+
 const Json& object_at(const Json& object, const char* key) {
     static const Json empty = Json::object();
     const auto found = object.find(key);
@@ -78,7 +84,8 @@ ChannelError channel_error(const std::string& quantity, const Json& json) {
             .reference_rms = number_at(json, "reference_rms"),
             .reference_max = number_at(json, "reference_max"),
             .reconstruction_max = number_at(json, "reconstruction_max"),
-            .quantisation_max = number_at(json, "quantisation_max")};
+            .quantisation_max = number_at(json, "quantisation_max"),
+            .reference_texels = integer_at(json, "reference_texels")};
 }
 
 }  // namespace
@@ -133,6 +140,7 @@ std::optional<Report> read_report(std::string_view text) {
     report.run_time_s = {.queued = number_at(time, "queued").value_or(0),
                          .compile = number_at(time, "compile").value_or(0),
                          .integrate = number_at(time, "integrate").value_or(0),
+                         .reference = number_at(time, "reference").value_or(0),
                          .encode = number_at(time, "encode").value_or(0),
                          .total = number_at(time, "total").value_or(0)};
     for (const auto& [quantity, channel] : object_at(*json, "error").items())

@@ -5,6 +5,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
+#include "server/compute/exactness.h"
 #include "server/compute/integrate.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl_programs.h"
@@ -150,6 +151,7 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
     }
     if (outcome.table.planes.empty())
         outcome = state_->run_on_native(job, plan, control, choice.fallback);
+    hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
     outcome.report.left_out = plan.left_out;
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;

@@ -72,13 +72,11 @@ class Raising {
     QuadratureResult run() {
         std::vector<std::size_t> texels(NoV_.size());
         std::iota(texels.begin(), texels.end(), std::size_t{0});
-        const bool tight =
-            tolerance_.absolute < kQuadratureTight ||
-            (tolerance_.deficit_relative > 0 && tolerance_.deficit_relative < kQuadratureTight);
-        const std::size_t start = tight ? kQuadratureTightStart : 0;
-        for (std::size_t step = start; step < std::size(kQuadratureOrders) && !texels.empty();
-             ++step) {
-            order_ = kQuadratureOrders[step];
+        double finest = tolerance_.absolute;
+        if (tolerance_.deficit_relative > 0) finest = std::min(finest, tolerance_.deficit_relative);
+        const std::size_t start = quadrature_start(finest);
+        for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step) {
+            order_ = kQuadratureSteps[step].order;
             const std::vector<double> nodes = quadrature_nodes(order_);
             nodes_.assign(nodes.begin(), nodes.end());
             std::vector<std::size_t> left;

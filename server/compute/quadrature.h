@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -10,17 +12,20 @@
 
 // Deterministic quadrature, see kernels/quadrature.h for the rule.
 //
-// Largest error of one order against tests/reference, both maskings, in double; first over 241
-// places with NoV, alpha in [1e-4, 1], then over a 256 x 256 table (NoV and roughness at texel
-// centres, so alpha from 3.8e-6):
-//   order   nodes   E                  B                  deficit, relative
-//   14      532     2e-5     3e-7      3e-4     2e-5      4e-4     3e-5
-//   20      1060    8e-7     8e-10     7e-6     7e-8      1e-5     2e-7
-//   28      2044    3e-9     3e-13     2e-8     1e-9      4e-8     6e-10
-//   40      4120    1e-12    2e-15     1e-10    3e-11     1e-11    < 6e-12
-//   56      8008    < 3e-15            4e-12    6e-13     < 4e-12
-// In float, rounding adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit. A 256^2
-// split-sum table to 1e-6 in float takes 1694 nodes a texel, of 18 ns for 16 lanes of AVX-512.
+// Largest error of one order against order (28, 48), both maskings, over a 256 x 256 table (NoV and
+// roughness at texel centres, so alpha from 3.8e-6), in double; the deficit's is relative:
+//   elevation, azimuth   nodes   E       B       deficit
+//   4, 6                 72      3e-2    6e-2    1e-1
+//   6, 8                 138     5e-3    2e-2    2e-2
+//   8, 10                224     4e-4    2e-3    3e-3
+//   10, 12               330     2e-5    2e-4    6e-4
+//   12, 14               456     3e-6    3e-5    2e-4
+//   14, 16               602     4e-7    4e-6    3e-5
+//   16, 20               848     5e-8    6e-7    6e-6
+//   20, 24               1260    9e-10   1e-8    2e-7
+//   28, 32               2324    4e-13   4e-10   7e-10
+// On the whole, with NoV and alpha in [1e-4, 1] anywhere, some ten times that. In float, rounding
+// adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit.
 namespace kiln {
 
 /// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
@@ -35,14 +40,27 @@ std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts);
 /// Those that a launch of this order takes.
 std::vector<double> quadrature_nodes(QuadratureOrder order);
 
-/// The orders that are tried in turn, all even. Their errors fall like q^order, q = 0.5 to 0.7:
-/// from one to the next by a factor of 40 and more wherever they are below 1e-3.
-/// Tolerances below kQuadratureTight start at 28: by then the error hardly changes its sign any
-/// more, where two orders would agree by chance.
-inline constexpr QuadratureOrder kQuadratureOrders[] = {{14, 14}, {20, 20}, {28, 28},  {40, 40},
-                                                        {56, 56}, {80, 80}, {112, 112}};
-inline constexpr std::size_t kQuadratureTightStart = 2;
-inline constexpr double kQuadratureTight = 1e-7;
+/// The orders that are tried in turn, with the largest error of E and B in the table above.
+struct QuadratureStep {
+    QuadratureOrder order;
+    double error;
+};
+inline constexpr QuadratureStep kQuadratureSteps[] = {
+    {{4, 6}, 6e-2},    {{6, 8}, 2e-2},    {{8, 10}, 2e-3},    {{10, 12}, 2e-4},  {{12, 14}, 3e-5},
+    {{14, 16}, 4e-6},  {{16, 20}, 6e-7},  {{20, 24}, 1e-8},   {{28, 32}, 4e-10}, {{40, 48}, 1e-11},
+    {{56, 64}, 1e-12}, {{80, 92}, 1e-12}, {{112, 128}, 1e-12}};
+/// The last one: where no two orders agree before it, the tolerance is out of reach.
+inline constexpr std::size_t kQuadratureLast = std::size(kQuadratureSteps) - 1;
+
+/// The first order to try for a tolerance: one that most texels reach it with. For tolerances below
+/// 1e-7 one that nearly all do: by then the error hardly changes its sign any more, where two
+/// orders would agree by chance.
+constexpr std::size_t quadrature_start(double tolerance) {
+    const double most = tolerance < 1e-7 ? tolerance : 10 * tolerance;
+    std::size_t step = 0;
+    while (step + 1 < kQuadratureLast && kQuadratureSteps[step].error > most) ++step;
+    return step;
+}
 
 /// What float arithmetic may add to a value beyond the rule's own error.
 inline constexpr double kQuadratureFloatRounding = 1e-6;

@@ -70,10 +70,11 @@ QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
     constexpr std::size_t kPlacesALaunch = 256;
     QuadratureAverages result{std::vector<double>(alpha.size(), 0.0), 0};
     std::vector<std::size_t> left;
+    constexpr std::size_t kStart = quadrature_start(1e-6);
     for (std::size_t i = 0; i < alpha.size(); ++i)
         if (alpha[i] > 0) left.push_back(i);
-    for (std::size_t step = 0; step < std::size(kQuadratureOrders) && !left.empty(); ++step) {
-        const AverageRule rule(kQuadratureOrders[step].elevation);
+    for (std::size_t step = kStart; step <= kQuadratureLast && !left.empty(); ++step) {
+        const AverageRule rule(kQuadratureSteps[step].order.elevation);
         std::vector<std::size_t> unsettled;
         for (std::size_t first = 0; first < left.size(); first += kPlacesALaunch) {
             const auto places =
@@ -85,7 +86,7 @@ QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
                 const double next = sums.deficit[i];
                 const bool agree = std::abs(next - value) <= std::min(kAbsolute, 1e-6 * next);
                 value = next;
-                if (step == 0 || !agree) unsettled.push_back(places[i]);
+                if (step == kStart || !agree) unsettled.push_back(places[i]);
             }
             between();
         }

@@ -16,12 +16,13 @@ using namespace one_lane;
 
 // A tenth of what is promised.
 constexpr double kAbsolute = 1e-10, kDeficitRelative = 1e-7;
+constexpr std::size_t kStart = quadrature_start(1e-9);
 
 const std::vector<double>& nodes_of(std::size_t step) {
     static const auto tables = [] {
-        std::array<std::vector<double>, std::size(kQuadratureOrders)> all;
-        std::transform(std::begin(kQuadratureOrders), std::end(kQuadratureOrders), all.begin(),
-                       quadrature_nodes);
+        std::array<std::vector<double>, std::size(kQuadratureSteps)> all;
+        std::transform(std::begin(kQuadratureSteps), std::end(kQuadratureSteps), all.begin(),
+                       [](const QuadratureStep& tried) { return quadrature_nodes(tried.order); });
         return all;
     }();
     return tables[step];
@@ -29,7 +30,7 @@ const std::vector<double>& nodes_of(std::size_t step) {
 
 QuadratureValue at_order(double NoV, double alpha, Masking masking, bool fresnel,
                          std::size_t step) {
-    const QuadratureOrder order = kQuadratureOrders[step];
+    const QuadratureOrder order = kQuadratureSteps[step].order;
     const Albedo albedo =
         quadrature(static_cast<int>(masking), fresnel ? KILN_FRESNEL_SCHLICK : KILN_FRESNEL_NONE,
                    nullptr, NoV, alpha, nodes_of(step).data(), order.elevation, order.azimuth);
@@ -37,14 +38,14 @@ QuadratureValue at_order(double NoV, double alpha, Masking masking, bool fresnel
 }
 
 QuadratureValue settle(double NoV, double alpha, Masking masking, bool fresnel) {
-    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, kQuadratureTightStart);
-    for (std::size_t step = kQuadratureTightStart + 1;; ++step) {
+    QuadratureValue lower = at_order(NoV, alpha, masking, fresnel, kStart);
+    for (std::size_t step = kStart + 1;; ++step) {
         QuadratureValue value = at_order(NoV, alpha, masking, fresnel, step);
         value.error = std::max(std::abs(value.E - lower.E), std::abs(value.B - lower.B));
         if (value.deficit > 0)
             value.deficit_error = std::abs(value.deficit - lower.deficit) / value.deficit;
         const bool agree = value.error <= kAbsolute && value.deficit_error <= kDeficitRelative;
-        if (agree || step + 1 == std::size(kQuadratureOrders)) return value;
+        if (agree || step == kQuadratureLast) return value;
         lower = value;
     }
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/spec/channels.h"
 #include "server/spec/json_text.h"
@@ -199,33 +200,14 @@ class Models {
             job_.diffuse.albedo = numbers_of(document_["diffuse"]["albedo"]);
     }
 
-    /// A dielectric seen from inside, in any channel or slice.
-    bool reflects_totally() const {
-        if (job_.fresnel.model != Fresnel::dielectric) return false;
-        const auto& ior = job_.fresnel.ior;
-        const bool along_z = job_.axes.size() > 2 && job_.axes[2].parameter == Parameter::ior;
-        return along_z ? job_.axes[2].lo < 1
-                       : std::any_of(ior.begin(), ior.end(), [](double n) { return n < 1; });
-    }
-
     /// What quadrature has a rule for: kernels/quadrature.h.
     void check_quadrature() {
-        const auto refuse = [&](const std::string& why) {
+        std::set<std::string> reasons;
+        for (const Quantity quantity : job_.quantities)
+            if (const auto lack = quadrature_lacks(job_, quantity)) reasons.insert(*lack);
+        for (const std::string& reason : reasons)
             add("/integrator",
-                "\"quadrature\" has no rule for " + why + "; allowed here: monte_carlo");
-        };
-        if (!quadrature_knows_lobe(job_))
-            refuse("distribution " + in_quotes(to_word(job_.distribution)) + " under masking " +
-                   in_quotes(to_word(job_.masking)));
-        for (const Quantity quantity : job_.quantities) {
-            const bool matte =
-                job_.coupling == Coupling::kelemen || job_.diffuse.model == DiffuseModel::none;
-            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
-            if (term && reflects_totally())
-                refuse("an ior below 1: total reflection begins at a kink of the integrand");
-            else if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
-                refuse("the diffuse lobe that " + in_quotes(to_word(quantity)) + " reads");
-        }
+                "\"quadrature\" has no rule for " + reason + "; allowed here: monte_carlo");
     }
 
     void check_together() {

@@ -144,7 +144,7 @@ TEST(Quadrature, AveragesAreThoseOfTheReference) {
 }
 
 TEST(Quadrature, NodesAreGaussLegendres) {
-    for (const QuadratureOrder order : kQuadratureOrders) {
+    for (const auto& [order, error] : kQuadratureSteps) {
         const unsigned n = order.elevation / 2;
         ASSERT_EQ(quadrature_nodes(order).size(), 2 * (3 * n + order.azimuth));
         const std::vector<double> nodes = gauss_legendre({n});
@@ -210,13 +210,13 @@ TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
     }
     // Were all texels taken to the highest order that one of them needs, it would cost more.
     std::uint64_t all = 0;
-    for (const QuadratureOrder order : kQuadratureOrders)
+    for (const auto& [order, error] : kQuadratureSteps)
         if (order.azimuth <= result.order_max.azimuth) all += quadrature_evaluations(order, true);
     EXPECT_LT(result.evaluations, all * request.NoV.size() / 2);
     const auto hopeless =
         integrate_quadrature(*backend, kind, {request.NoV, request.alpha, {}}, {1e-30, 0});
     EXPECT_FALSE(hopeless.converged());
-    EXPECT_EQ(hopeless.order_max.azimuth, std::rbegin(kQuadratureOrders)->azimuth);
+    EXPECT_EQ(hopeless.order_max.azimuth, std::rbegin(kQuadratureSteps)->order.azimuth);
 }
 
 template <typename Scalar>
