@@ -24,6 +24,12 @@ struct BakeOptions {
     ProgressMode progress = ProgressMode::automatic;
 };
 
+struct AdviseOptions {
+    std::string job;  ///< file, or "-" for standard input
+    double max_error = 0;
+    bool json = false;
+};
+
 struct ServerOptions {
     std::string server;  ///< "" where none was named
     bool json = false;
@@ -32,6 +38,8 @@ struct ServerOptions {
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
+/// Exit::different where no table is within max_error.
+Exit advise(const AdviseOptions& options);
 Exit info(const std::string& path, bool json);
 /// Exit::different above max_error in any texel, for NaN, and for files of different sizes or
 /// channels.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/compute/devices_json.h"
+#include "server/spec/spec.h"
 
 namespace kiln::client {
 
@@ -207,6 +208,18 @@ std::string difference_json(const Comparison& comparison, double max_error) {
     json["mismatch"] = comparison.mismatch.empty() ? Json(nullptr) : Json(comparison.mismatch);
     json["channels"] = channels;
     return dump(json);
+}
+
+std::string advice_json(const std::vector<Candidate>& candidates, double max_error) {
+    Json list = Json::array();
+    for (const Candidate& candidate : candidates)
+        list.push_back({{"job", Json::parse(canonical(candidate.job))},
+                        {"bytes", candidate.bytes},
+                        {"reconstruction_max", candidate.reconstruction},
+                        {"quantisation_max", candidate.quantisation},
+                        {"integration_max", candidate.integration},
+                        {"total_max", candidate.total()}});
+    return dump({{"max_error", max_error}, {"candidates", list}});
 }
 
 std::string devices_json(const std::vector<DeviceInfo>& devices) {

@@ -15,10 +15,13 @@ typedef struct {
     real E, B, deficit;
 } Albedo;
 
+// Of a node or a piece; E is the rule's in the azimuth too, and 0 where B is not asked for.
+typedef Albedo Part;
+
 // One node of the pieces above the horizon.
-KILN_FUNCTION Albedo quadrature_node(const int masking, const int model,
-                                     KILN_GLOBAL const scalar* p, Eye eye, Ray ray, real weight,
-                                     KILN_GLOBAL const scalar* nodes, const unsigned int count) {
+KILN_FUNCTION Part quadrature_node(const int masking, const int model, KILN_GLOBAL const scalar* p,
+                                   Eye eye, Ray ray, real weight, KILN_GLOBAL const scalar* nodes,
+                                   const unsigned int count) {
     const real across = eye.alpha * ray.sine, excess = across * across;
     const real S = lane_sqrt(lane_fma(ray.cosine, ray.cosine, excess));
     // At NoV = 0 the pieces below the mirror direction are points at the horizon, of weight 0.
@@ -26,12 +29,15 @@ KILN_FUNCTION Albedo quadrature_node(const int masking, const int model,
     const real measure = weight * ray.jacobian;
     const real circle = measure * quadrature_circle(eye, ray);
     const real shadowing = smith_G2_over_G1(masking, eye.c, NoL, S);
-    Albedo part;
-    part.E = circle * shadowing;
+    Part part;
     part.deficit = circle * smith_deficit(masking, eye.c, NoL, S, excess);
-    part.B = lanes(K(0.0));
-    if (model != KILN_FRESNEL_NONE)
-        part.B = measure * shadowing * quadrature_circle_fresnel(model, p, ray, nodes, count);
+    part.B = part.E = lanes(K(0.0));
+    if (model != KILN_FRESNEL_NONE) {
+        const Circle by_rule = quadrature_circle_fresnel(model, p, ray, nodes, count);
+        const real lit = measure * shadowing;
+        part.B = lit * by_rule.fresnel;
+        part.E = lit * by_rule.one;
+    }
     return part;
 }
 
@@ -40,11 +46,10 @@ KILN_FUNCTION Albedo quadrature_node(const int masking, const int model,
 #define KILN_PIECE_HORIZON 2  // from the horizon up to meet it
 
 // `inner`, `inner_count`: the azimuth's rule.
-KILN_FUNCTION Albedo quadrature_piece(const int masking, const int model,
-                                      KILN_GLOBAL const scalar* p, const int piece, Eye eye,
-                                      KILN_GLOBAL const scalar* nodes, const unsigned int count,
-                                      KILN_GLOBAL const scalar* inner,
-                                      const unsigned int inner_count) {
+KILN_FUNCTION Part quadrature_piece(const int masking, const int model, KILN_GLOBAL const scalar* p,
+                                    const int piece, Eye eye, KILN_GLOBAL const scalar* nodes,
+                                    const unsigned int count, KILN_GLOBAL const scalar* inner,
+                                    const unsigned int inner_count) {
     const real peak = K(0.7) * eye.alpha * eye.one_plus_po2;
     // G2/G1 has a pole at −NoL ~ NoV where NoV << α, ever weaker: none is left at NoV = 0.
     const real near = lane_fma(lanes(K(4.0)), eye.po, K(1e-5) * eye.alpha);
@@ -54,7 +59,7 @@ KILN_FUNCTION Albedo quadrature_piece(const int masking, const int model,
         g = graded_eighth(eye.rest, lane_select(pole < peak, pole, peak));
     else
         g = graded_eighth(K(0.5) * eye.po, piece == KILN_PIECE_BELOW ? peak : K(0.5) * eye.alpha);
-    Albedo sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
+    Part sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     for (unsigned int i = 0; i < count; ++i) {
         const real v = lane_fma(g.slope, lanes(nodes[2 * i]), lanes(K(1.0)));
         const real r = K(1.0) / v, r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
@@ -70,16 +75,15 @@ KILN_FUNCTION Albedo quadrature_piece(const int masking, const int model,
         } else {
             ray = quadrature_ray(eye, x, x - eye.po, K(1.0) - x);
         }
-        const Albedo part =
-            quadrature_node(masking, model, p, eye, ray, weight, inner, inner_count);
-        sum.E += part.E;
+        const Part part = quadrature_node(masking, model, p, eye, ray, weight, inner, inner_count);
         sum.B += part.B;
+        sum.E += part.E;
         sum.deficit += part.deficit;
     }
     // dx = −8 scale slope v⁻⁹ du
     const real step = K(-8.0) * (g.scale * g.slope);
-    sum.E *= step;
     sum.B *= step;
+    sum.E *= step;
     sum.deficit *= step;
     return sum;
 }
@@ -115,12 +119,12 @@ KILN_FUNCTION Albedo quadrature(const int masking, const int model, KILN_GLOBAL 
     const Eye eye = quadrature_eye(NoV, width);
     KILN_GLOBAL const scalar* coarse = nodes + 2 * order;
     KILN_GLOBAL const scalar* inner = coarse + 2 * (order / 2);
-    const Albedo above =
+    const Part above =
         quadrature_piece(masking, model, p, KILN_PIECE_ABOVE, eye, nodes, order, inner, azimuths);
-    const Albedo below =
+    const Part below =
         quadrature_piece(masking, model, p, KILN_PIECE_BELOW, eye, nodes, order, inner, azimuths);
-    const Albedo horizon = quadrature_piece(masking, model, p, KILN_PIECE_HORIZON, eye, coarse,
-                                            order / 2, inner, azimuths);
+    const Part horizon = quadrature_piece(masking, model, p, KILN_PIECE_HORIZON, eye, coarse,
+                                          order / 2, inner, azimuths);
     const real lost = quadrature_lost(eye, coarse, order / 2);
     // α² / (NoV + S) before the integrals over NoL
     const real sine = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV)) * width;
@@ -129,7 +133,7 @@ KILN_FUNCTION Albedo quadrature(const int masking, const int model, KILN_GLOBAL 
     const real divisor = lane_select(direct > K(0.0), direct, lanes(K(1.0)));
     const real missing = factor * (above.deficit + below.deficit + horizon.deficit + lost);
     // The deficit is the smaller and the smoother of the two, so its complement is the better E,
-    // and what the direct sum of E is off by, B is off by too.
+    // and what E is off by as a sum of the rule's, B is off by too.
     Albedo result;
     result.deficit = lane_select(alpha > K(0.0), missing, lanes(K(0.0)));
     result.E = K(1.0) - result.deficit;

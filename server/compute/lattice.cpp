@@ -29,22 +29,6 @@ double least_of(Parameter parameter) {
     __builtin_unreachable();
 }
 
-/// Texels by their distance from an end of an axis: 0, 1, 2, 3 and on, each `growth` further.
-std::set<std::int64_t> chosen(std::int64_t count, bool flip, double growth) {
-    std::set<std::int64_t> texels;
-    const auto add = [&](bool from_start, double factor) {
-        double at = 0;
-        while (at < static_cast<double>(count)) {
-            const auto i = static_cast<std::int64_t>(at);
-            texels.insert(from_start ? i : count - 1 - i);
-            at = std::max(std::floor(at) + 1, at * factor);
-        }
-    };
-    add(!flip, growth);
-    add(flip, growth * growth);
-    return texels;
-}
-
 /// The position between two texels at which the parameter is `value`, by bisection.
 double position_of(const Axis& axis, std::int64_t count, double low, double high, double value) {
     const bool rising =
@@ -58,10 +42,25 @@ double position_of(const Axis& axis, std::int64_t count, double low, double high
 
 }  // namespace
 
+std::vector<std::int64_t> ladder(std::int64_t count, bool flip, double growth) {
+    std::set<std::int64_t> texels;
+    const auto add = [&](bool from_start, double factor) {
+        double at = 0;
+        while (at < static_cast<double>(count)) {
+            const auto i = static_cast<std::int64_t>(at);
+            texels.insert(from_start ? i : count - 1 - i);
+            at = std::max(std::floor(at) + 1, at * factor);
+        }
+    };
+    add(!flip, growth);
+    add(flip, growth * growth);
+    return {texels.begin(), texels.end()};
+}
+
 Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth) {
     Line line;
     line.count = count;
-    const std::set<std::int64_t> texels = chosen(count, axis.flip, growth);
+    const std::vector<std::int64_t> texels = ladder(count, axis.flip, growth);
     std::set<std::int64_t> corners;
     std::set<double> places;
     const double least = least_of(axis.parameter);

@@ -46,6 +46,10 @@ class Lattice {
     std::array<Line, 3> lines_;
 };
 
+/// Texels of an axis by their distance from either end, in rising order: 0, 1, 2 and on, each
+/// `growth` further from the end where the parameter is lowest, growth^2 from the other.
+std::vector<std::int64_t> ladder(std::int64_t count, bool flip, double growth);
+
 /// The same estimated from a table alone, sampling noise and all: an eighth of the second
 /// differences along each axis.
 double estimated_reconstruction_max(const JobSpec& job, const std::vector<float>& plane);

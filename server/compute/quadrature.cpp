@@ -54,6 +54,7 @@ class Raising {
           NoV_(places.NoV),
           alpha_(places.alpha),
           parameters_(places.parameters.begin(), places.parameters.end()),
+          steps_(places.steps),
           tolerance_(tolerance) {
         if constexpr (sizeof(Scalar) == sizeof(float)) {
             tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
@@ -64,35 +65,51 @@ class Raising {
         const float unknown = std::numeric_limits<float>::infinity();
         result_.E.resize(NoV_.size());
         result_.deficit.resize(NoV_.size());
+        result_.step.resize(NoV_.size());
         result_.error.assign(NoV_.size(), unknown);
         result_.deficit_error.assign(NoV_.size(), unknown);
         if (has_fresnel()) result_.B.resize(NoV_.size());
     }
 
     QuadratureResult run() {
-        std::vector<std::size_t> texels(NoV_.size());
-        std::iota(texels.begin(), texels.end(), std::size_t{0});
+        if (!steps_.empty()) {
+            for (std::size_t step = 0; step <= kQuadratureLast; ++step) {
+                std::vector<std::size_t> texels;
+                for (std::size_t i = 0; i < steps_.size(); ++i)
+                    if (steps_[i] == step) texels.push_back(i);
+                if (!texels.empty()) at_step(step, texels, false);
+            }
+            return std::move(result_);
+        }
         double finest = tolerance_.absolute;
         if (tolerance_.deficit_relative > 0) finest = std::min(finest, tolerance_.deficit_relative);
         const std::size_t start = quadrature_start(finest);
-        for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step) {
-            order_ = kQuadratureSteps[step].order;
-            const std::vector<double> nodes = quadrature_nodes(order_);
-            nodes_.assign(nodes.begin(), nodes.end());
-            std::vector<std::size_t> left;
-            for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
-                const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
-                block(std::span(texels).subspan(first, count), step > start, left);
-            }
-            result_.evaluations += texels.size() * quadrature_evaluations(order_, has_fresnel());
-            result_.order_max = order_;
-            texels = std::move(left);
-        }
+        std::vector<std::size_t> texels(NoV_.size());
+        std::iota(texels.begin(), texels.end(), std::size_t{0});
+        for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step)
+            texels = at_step(step, texels, step > start);
         result_.unsettled = texels.size();
         return std::move(result_);
     }
 
   private:
+    /// The texels that do not agree with their last order.
+    std::vector<std::size_t> at_step(std::size_t step, std::span<const std::size_t> texels,
+                                     bool compare) {
+        step_ = static_cast<std::uint8_t>(step);
+        order_ = kQuadratureSteps[step].order;
+        const std::vector<double> nodes = quadrature_nodes(order_);
+        nodes_.assign(nodes.begin(), nodes.end());
+        std::vector<std::size_t> left;
+        for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
+            const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
+            block(texels.subspan(first, count), compare, left);
+        }
+        result_.evaluations += texels.size() * quadrature_evaluations(order_, has_fresnel());
+        result_.order_max = order_;
+        return left;
+    }
+
     /// One launch; texels that do not agree with their last order go to `left`.
     void block(std::span<const std::size_t> places, bool compare, std::vector<std::size_t>& left) {
         const std::size_t stride = (places.size() + kLanesMax - 1) / kLanesMax * kLanesMax;
@@ -114,6 +131,7 @@ class Raising {
             if (compare) note_error(place, E, B, deficit);
             result_.E[place] = E;
             result_.deficit[place] = deficit;
+            result_.step[place] = step_;
             if (has_fresnel()) result_.B[place] = B;
             if (!agrees(place)) left.push_back(place);
         }
@@ -140,6 +158,8 @@ class Raising {
     QuadratureKind kind_;
     std::span<const double> NoV_, alpha_;
     std::vector<Scalar> parameters_;
+    std::span<const std::uint8_t> steps_;
+    std::uint8_t step_ = 0;
     QuadratureTolerance tolerance_;
     QuadratureResult result_;
     QuadratureOrder order_;

@@ -12,18 +12,18 @@
 
 // Deterministic quadrature, see kernels/quadrature.h for the rule.
 //
-// Largest error of one order against order (28, 48), both maskings, over a 256 x 256 table (NoV and
+// Largest error of one order against order 40, both maskings, over a 256 x 256 table (NoV and
 // roughness at texel centres, so alpha from 3.8e-6), in double; the deficit's is relative:
 //   elevation, azimuth   nodes   E       B       deficit
-//   4, 6                 72      3e-2    6e-2    1e-1
-//   6, 8                 138     5e-3    2e-2    2e-2
-//   8, 10                224     4e-4    2e-3    3e-3
-//   10, 12               330     2e-5    2e-4    6e-4
-//   12, 14               456     3e-6    3e-5    2e-4
-//   14, 16               602     4e-7    4e-6    3e-5
-//   16, 20               848     5e-8    6e-7    6e-6
-//   20, 24               1260    9e-10   1e-8    2e-7
-//   28, 32               2324    4e-13   4e-10   7e-10
+//   4, 4                 52      3e-2    5e-2    1e-1
+//   6, 5                 93      5e-3    2e-2    2e-2
+//   8, 8                 184     4e-4    2e-3    3e-3
+//   10, 10               280     2e-5    2e-4    6e-4
+//   12, 12               396     3e-6    3e-5    2e-4
+//   14, 14               532     4e-7    4e-6    3e-5
+//   16, 16               688     5e-8    6e-7    6e-6
+//   20, 20               1060    9e-10   1e-8    2e-7
+//   28, 28               2044    4e-13   4e-11   7e-10
 // On the whole, with NoV and alpha in [1e-4, 1] anywhere, some ten times that. In float, rounding
 // adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit.
 namespace kiln {
@@ -46,9 +46,9 @@ struct QuadratureStep {
     double error;
 };
 inline constexpr QuadratureStep kQuadratureSteps[] = {
-    {{4, 6}, 6e-2},    {{6, 8}, 2e-2},    {{8, 10}, 2e-3},    {{10, 12}, 2e-4},  {{12, 14}, 3e-5},
-    {{14, 16}, 4e-6},  {{16, 20}, 6e-7},  {{20, 24}, 1e-8},   {{28, 32}, 4e-10}, {{40, 48}, 1e-11},
-    {{56, 64}, 1e-12}, {{80, 92}, 1e-12}, {{112, 128}, 1e-12}};
+    {{4, 4}, 6e-2},    {{6, 5}, 2e-2},    {{8, 8}, 2e-3},     {{10, 10}, 2e-4},  {{12, 12}, 3e-5},
+    {{14, 14}, 4e-6},  {{16, 16}, 6e-7},  {{20, 20}, 1e-8},   {{28, 28}, 1e-10}, {{40, 40}, 1e-12},
+    {{56, 56}, 1e-12}, {{80, 80}, 1e-12}, {{112, 112}, 1e-12}};
 /// The last one: where no two orders agree before it, the tolerance is out of reach.
 inline constexpr std::size_t kQuadratureLast = std::size(kQuadratureSteps) - 1;
 
@@ -77,6 +77,7 @@ struct QuadratureResult {
     /// and a bound on that of the value. In float, rounding adds at most kQuadratureFloatRounding.
     std::vector<float> error;
     std::vector<float> deficit_error;  ///< the same, relative
+    std::vector<std::uint8_t> step;    ///< in kQuadratureSteps, of the order that gave the value
     std::uint64_t evaluations = 0;
     QuadratureOrder order_max;
     std::size_t unsettled = 0;  ///< texels whose error is still above the tolerance
@@ -87,6 +88,9 @@ struct QuadratureResult {
 struct QuadraturePlaces {
     std::span<const double> NoV, alpha;
     std::array<double, kFresnelParameters> parameters{};
+    /// In kQuadratureSteps: the orders to take, with no second one to compare with and no error
+    /// (infinity). Empty: as many as they need.
+    std::span<const std::uint8_t> steps{};
 };
 
 /// Runs two orders and raises the order of those texels alone that do not agree, which go on

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/base/error.h"
+#include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
 #include "server/compute/texels.h"
@@ -17,6 +18,8 @@ namespace {
 
 /// Places between two looks at the clock: some milliseconds.
 constexpr std::size_t kBlockPlaces = 8192;
+/// From here on the places that make the order map are few beside those that it saves an order.
+constexpr std::size_t kMappedPlaces = 4096;
 
 /// Of 1 - E where it is asked for, relative; what the averages are off by at most.
 constexpr double kDeficitTolerance = 1e-6;
@@ -84,9 +87,11 @@ class Quadrature {
 
     Outcome run() {
         const auto start = std::chrono::steady_clock::now();
-        for (const Pass& pass : plan_.passes)
+        for (const Pass& pass : plan_.passes) {
+            make_maps(pass);
             for (std::size_t first = 0; first < pass.places.count(); first += kBlockPlaces)
                 run_block(pass, first, std::min(kBlockPlaces, pass.places.count() - first));
+        }
         for (const Exact& exact : plan_.exact)
             texels_.fill(outcome_.table.planes[exact.channel], exact.value);
         Report& report = outcome_.report;
@@ -113,29 +118,85 @@ class Quadrature {
     void run_block(const Pass& pass, std::size_t first, std::size_t count) {
         const Means means = pass.what.material.averaged ? averaged(pass, first, count)
                                                         : directional(pass, first, count);
-        for (const Share& share : pass.shares)
-            for (std::size_t i = 0; i < count; ++i) {
-                const double a = combined(share.a, means, i);
-                const Part part = share.part ? share.part(first + i, a, combined(share.b, means, i))
-                                             : Part{a, 1, 0, 0};
-                const double off = means.error[i] * (std::abs(part.by_a) + std::abs(part.by_b));
-                sums_[share.channel].add(off * off, pass.slices.size());
-                for (const std::size_t slice : pass.slices)
-                    texels_.each(pass.what.material.averaged != 0, slice, first + i,
-                                 [&](std::size_t texel) {
-                                     float& at = outcome_.table.planes[share.channel][texel];
-                                     at = static_cast<float>(at + part.value);
-                                 });
-            }
+        for (const Share& share : pass.shares) {
+            const std::vector<double> a = combined(share.a, means, count);
+            if (share.part)
+                store_parts(pass, share, means, a, first);
+            else
+                store(pass, share, means, a, first);
+        }
         done_ += count;
         stay_in_touch();
     }
 
-    static double combined(const Combination& c, const Means& means, std::size_t i) {
-        double sum = 0;
+    static std::vector<double> combined(const Combination& c, const Means& means,
+                                        std::size_t count) {
+        std::vector<double> sums(count, 0.0);
         for (std::size_t t = 0; t < kTermCount; ++t)
-            if (c[t] != 0) sum += c[t] * means.of[t][i];
-        return sum;
+            if (c[t] != 0)
+                for (std::size_t i = 0; i < count; ++i) sums[i] += c[t] * means.of[t][i];
+        return sums;
+    }
+
+    void store(const Pass& pass, const Share& share, const Means& means,
+               const std::vector<double>& values, std::size_t first) {
+        ErrorSummary errors;
+        for (const float error : means.error) {
+            errors.sum_of_squares += static_cast<double>(error) * error;
+            errors.max = std::max<double>(errors.max, error);
+        }
+        const auto slices = static_cast<double>(pass.slices.size());
+        errors.sum_of_squares *= slices;
+        errors.count = values.size() * pass.slices.size();
+        sums_[share.channel].add(errors);
+        for (const std::size_t slice : pass.slices)
+            for (std::size_t i = 0; i < values.size(); ++i)
+                add(pass, share, slice, first + i, values[i]);
+    }
+
+    void store_parts(const Pass& pass, const Share& share, const Means& means,
+                     const std::vector<double>& a, std::size_t first) {
+        const std::vector<double> b = combined(share.b, means, a.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            const Part part = share.part(first + i, a[i], b[i]);
+            const double off = means.error[i] * (std::abs(part.by_a) + std::abs(part.by_b));
+            sums_[share.channel].add(off * off, pass.slices.size());
+            for (const std::size_t slice : pass.slices)
+                add(pass, share, slice, first + i, part.value);
+        }
+    }
+
+    void add(const Pass& pass, const Share& share, std::size_t slice, std::size_t place,
+             double value) {
+        texels_.each(pass.what.material.averaged != 0, slice, place, [&](std::size_t texel) {
+            float& at = outcome_.table.planes[share.channel][texel];
+            at = static_cast<float>(at + value);
+        });
+    }
+
+    /// Orders of a large table's places, for each integral of a pass: in float, where what a
+    /// neighbour needs is enough to know. In double every place is compared.
+    void make_maps(const Pass& pass) {
+        maps_.clear();
+        const bool mapped = !pass.what.material.averaged && job_.axes.size() > 1 &&
+                            job_.precision == Precision::float32 &&
+                            pass.places.count() > kMappedPlaces;
+        if (!mapped) return;
+        for (const Integral& integral : integrals_of(job_, pass)) {
+            maps_.push_back(make_order_map(job_, pass.places, integral.kind, integral.parameters,
+                                           tolerance_of(pass), backend_));
+            count_work(maps_.back().evaluations, integral.term, pass.what.material.terms);
+            unsettled_ += maps_.back().unsettled;
+        }
+    }
+
+    QuadratureTolerance tolerance_of(const Pass& pass) const {
+        const bool single = job_.precision == Precision::float32;
+        const double least = single ? kQuadratureFloatRounding / 2 : 0;
+        QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
+        if (pass.what.material.terms & 1 << kDeficit)
+            tolerance.deficit_relative = std::max(kDeficitTolerance, tolerance_);
+        return tolerance;
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
@@ -144,18 +205,20 @@ class Quadrature {
             NoV.push_back(pass.places.NoV(i));
             alpha.push_back(pass.places.alpha(i));
         }
-        const int terms = pass.what.material.terms;
-        QuadratureTolerance tolerance{tolerance_, 0};
-        if (terms & 1 << kDeficit) tolerance.deficit_relative = kDeficitTolerance;
         Means means;
         means.error.assign(count, 0);
-        for (const Integral& integral : integrals_of(job_, pass)) {
-            QuadratureResult found = integrate_quadrature(
-                backend_, integral.kind, {NoV, alpha, integral.parameters}, tolerance);
-            count_work(found.evaluations, integral.term, terms);
+        const std::vector<Integral> integrals = integrals_of(job_, pass);
+        for (std::size_t k = 0; k < integrals.size(); ++k) {
+            const Integral& integral = integrals[k];
+            QuadraturePlaces places{NoV, alpha, integral.parameters, {}};
+            if (!maps_.empty()) places.steps = std::span(maps_[k].step).subspan(first, count);
+            QuadratureResult found =
+                integrate_quadrature(backend_, integral.kind, places, tolerance_of(pass));
+            count_work(found.evaluations, integral.term, pass.what.material.terms);
             unsettled_ += found.unsettled;
+            const float* errors = maps_.empty() ? found.error.data() : &maps_[k].error[first];
             for (std::size_t i = 0; i < count; ++i)
-                means.error[i] = std::max(means.error[i], found.error[i]);
+                means.error[i] = std::max(means.error[i], errors[i]);
             if (integral.term != kWeight) means.of[integral.term] = std::move(found.B);
             means.of[kWeight] = std::move(found.E);
             means.of[kDeficit] = std::move(found.deficit);
@@ -199,6 +262,7 @@ class Quadrature {
     const Texels texels_;
     Outcome outcome_;
     std::vector<ErrorSummary> sums_;
+    std::vector<OrderMap> maps_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
 };
 

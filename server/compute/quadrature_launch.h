@@ -28,7 +28,7 @@ constexpr std::size_t quadrature_planes(const QuadratureKind& kind) {
     return kind.fresnel != kNoFresnel ? 3 : 2;
 }
 
-/// Even: nodes of the longest pieces of the elevation, and of the azimuth.
+/// Nodes of the longest pieces of the elevation (even), and of the azimuth.
 struct QuadratureOrder {
     unsigned elevation = 0, azimuth = 0;
 };
