@@ -154,6 +154,9 @@ class Check {
 
 Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadPool& pool,
                   const Control& control) {
+    for (const Quantity quantity : job.quantities)
+        if (const auto lack = quadrature_lacks(job, quantity))
+            throw Error("no_quadrature", "quadrature has no rule for " + *lack);
     JobSpec exact = job;
     exact.integrator = Integrator::quadrature;
     const Plan plan =

@@ -15,7 +15,8 @@ void hold_against_quadrature(const JobSpec& job, Outcome& outcome, Backend& nati
                              ThreadPool& pool, const Control& control);
 
 /// Exact values of the job's table by quadrature, every quantity of which has one (quadrature_lacks
-/// in server/spec/channels.h), within `tolerance`. Throws Cancelled, or what the backend throws.
+/// in server/spec/channels.h), within `tolerance`. Throws Cancelled, Error("no_quadrature"), or
+/// what the backend throws.
 Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadPool& pool,
                   const Control& control);
 

@@ -68,10 +68,12 @@ Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth)
     const auto last = static_cast<double>(count - 1);
     // From one texel (or rim) to the next: the place between, or where the parameter is the least.
     const auto look_up = [&](double low, double high, double middle) {
-        if (inside(low) != inside(high))
-            places.insert(position_of(axis, count, low, high, least));
-        else if (inside(middle))
+        if (inside(low) != inside(high)) {
+            const double rim = position_of(axis, count, low, high, least);
+            places.insert({rim, (rim + (inside(low) ? low : high)) / 2});
+        } else if (inside(middle)) {
             places.insert(middle);
+        }
     };
     for (const std::int64_t i : texels) {
         corners.insert(i);

@@ -7,6 +7,7 @@
 #include <random>
 #include <string>
 
+#include "server/base/error.h"
 #include "server/compute/advice.h"
 #include "server/compute/native.h"
 #include "server/compute/quadrature.h"
@@ -164,6 +165,7 @@ TEST(Reconstruction, IsKnownInEveryProgramsLayout) {
     for (const LayoutPreset& preset : layout_presets()) {
         const Outcome outcome =
             bake(R"("quantities":["split_sum_scale","split_sum_bias"],)"
+                 R"("microfacet":{"masking":"smith_correlated"},)"
                  R"("integrator":"quadrature","resolution":[32,32],"layout":")" +
                  preset.name + "\"");
         for (const ChannelError& error : outcome.report.error) {
@@ -207,7 +209,8 @@ TEST(Advice, HoldsWhenItIsTaken) {
     Outcome outcome = Engine({}).run(named, Control{});
     for (float& value : outcome.table.planes[0]) value = as_half(value);
     const double truth = worst_lookup(outcome.table.planes[0], named);
-    EXPECT_LE(truth, 1.2 * kBound);
+    // Lookups are judged halfway between texels, where the error is largest but not everywhere.
+    EXPECT_LE(truth, 1.5 * kBound);
     EXPECT_GE(truth, kBound / 10);  // a table that much better would be too large
     EXPECT_NEAR(outcome.report.error[0].reconstruction_max.value(), best.reconstruction,
                 0.02 * best.reconstruction);
@@ -230,9 +233,12 @@ TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
     for (const Candidate& candidate : advise(job, 1e-3, *native, pool, Control{}))
         EXPECT_EQ(candidate.job.pixel, PixelType::uint16);  // 8 bits are off by 2e-3 alone
     const JobSpec unreal = parse_job(
-        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],"layout":"unreal"})");
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],"layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
     for (const Candidate& candidate : advise(unreal, 0.2, *native, pool, Control{}))
         EXPECT_EQ(candidate.job.axes, unreal.axes);
+    JobSpec beckmann = job;
+    beckmann.distribution = Distribution::beckmann;
+    EXPECT_THROW(advise(beckmann, 0.1, *native, pool, Control{}), Error);
     JobSpec coarse = unreal;
     coarse.format = ImageFormat::png;
     EXPECT_TRUE(advise(coarse, 5e-6, *native, pool, Control{}).empty());
