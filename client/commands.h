@@ -36,6 +36,12 @@ struct StudyOptions : RunOptions {
     std::string folder;                 ///< "" for none
 };
 
+struct AdviseOptions {
+    std::string job;  ///< file, or "-" for standard input
+    double max_error = 0;
+    bool json = false;
+};
+
 struct ServerOptions {
     std::string server;  ///< "" where none was named
     bool json = false;
@@ -47,6 +53,8 @@ Exit bake(const BakeOptions& options);
 /// Makes a study of a job, prints its verdicts, and writes KIND.png, .svg, .csv and .json into the
 /// folder. Exit::different where a verdict is not what is known of the model.
 Exit study(const StudyOptions& options);
+/// Exit::different where no table is within max_error.
+Exit advise(const AdviseOptions& options);
 Exit info(const std::string& path, bool json);
 /// Exit::different above max_error in any texel, for NaN, and for files of different sizes or
 /// channels.

@@ -7,6 +7,7 @@
 
 #include "client/compare.h"
 #include "server/base/error.h"
+#include "server/compute/advice.h"
 #include "server/compute/engine.h"
 #include "server/compute/report.h"
 #include "server/image/image.h"
@@ -57,6 +58,7 @@ std::string problem_json(const ProblemDocument& problem);
 std::string info_json(const Decoded& file, const std::vector<ChannelStatistics>& statistics,
                       const std::vector<std::string>& convention);
 std::string difference_json(const Comparison& comparison, double max_error);
+std::string advice_json(const std::vector<Candidate>& candidates, double max_error);
 std::string devices_json(const std::vector<DeviceInfo>& devices);
 std::string jobs_json(const std::vector<JobStatus>& jobs);
 

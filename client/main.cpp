@@ -22,12 +22,13 @@ namespace {
 constexpr const char* kExitCodes =
     "Exit status: 0 done, 1 failed, 2 wrong arguments or files, 3 invalid job, 4 server "
     "unreachable,\n"
-    "5 timed out, 6 difference found, 130 interrupted.";
+    "5 timed out, 6 difference found or bound not met, 130 interrupted.";
 
 /// What the arguments ask for. `run` is set by the subcommand that was named.
 struct Arguments {
     BakeOptions bake;
     StudyOptions study;
+    AdviseOptions advise;
     ServerOptions server;
     std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;
@@ -199,6 +200,33 @@ void add_files(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return devices(arguments.json); }; });
 }
 
+void add_advise(CLI::App& app, Arguments& arguments) {
+    CLI::App& command =
+        *app.add_subcommand("advise", "Find the smallest table whose error stays within a bound");
+    command.add_option("job", arguments.advise.job, "job document, - for standard input")
+        ->required()
+        ->type_name("JOB.json");
+    command
+        .add_option("--max-error", arguments.advise.max_error,
+                    "most that a lookup may be off: sampling, pixel type and bilinear lookup")
+        ->required()
+        ->type_name("X")
+        ->check(CLI::Range(1e-6, 1.0).description(""));
+    add_json(command, arguments);
+    command.footer(
+        "Example:\n  kiln advise examples/split_sum.json --max-error 1e-3\n"
+        "\nTries sizes, axis mappings and grids (those of a program's layout stay as they are) "
+        "and the\npixel types of the job's format against exact values, and prints the smallest "
+        "tables and the\njob of the first. Exit status 6 where no table up to 4096 texels a side "
+        "is within X.");
+    command.callback([&arguments] {
+        arguments.run = [&] {
+            arguments.advise.json = arguments.json;
+            return advise(arguments.advise);
+        };
+    });
+}
+
 void add_jobs(CLI::App& app, Arguments& arguments) {
     CLI::App& ls = *app.add_subcommand("ls", "List a server's jobs, newest first");
     add_server(ls, arguments.server.server);
@@ -308,6 +336,7 @@ int parse_and_run(int argc, char** argv) {
     app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
     add_bake(app, arguments);
     for (const StudyCommand& command : kStudies) add_study(app, arguments, command);
+    add_advise(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
     try {

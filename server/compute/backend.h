@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstddef>
 #include <span>
+#include <variant>
 
 #include "server/compute/points.h"
 #include "server/compute/quadrature_launch.h"
@@ -28,6 +29,9 @@ struct Specialisation {
     Precision precision = Precision::float32;
     auto operator<=>(const Specialisation&) const = default;
 };
+
+/// Either kind of kernel: what an OpenCL program is built for.
+using KernelKind = std::variant<Specialisation, QuadratureKind>;
 
 /// Texel strides are multiples of this many lanes, the widest of all backends.
 inline constexpr std::size_t kLanesMax = 16;

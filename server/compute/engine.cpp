@@ -5,6 +5,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
+#include "server/compute/exactness.h"
 #include "server/compute/integrate.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl_programs.h"
@@ -22,6 +23,14 @@ struct Choice {
     std::shared_ptr<OpenClBackend> opencl;  // null: native
     std::optional<std::string> fallback;
     double compile_s = 0;
+};
+
+/// What Engine::run was asked for.
+struct Request {
+    const JobSpec& job;
+    const Plan& plan;
+    const Control& control;
+    bool standard_error_planes;
 };
 
 }  // namespace
@@ -52,23 +61,24 @@ struct Engine::State {
         return job.device == DeviceChoice::automatic ? options.device : job.device;
     }
 
-    Choice choose(const JobSpec& job, const Plan& plan, const Control& control) {
+    Choice choose(const JobSpec& job, const std::vector<KernelKind>& kernels,
+                  const Control& control) {
         const DeviceChoice device = wanted(job);
         if (device == DeviceChoice::native) return {};
         if (!options.opencl_disabled_reason.empty())
             return refuse(device, options.opencl_disabled_reason);
         const auto start = Clock::now();
-        for (const Pass& pass : plan.passes) opencl().request(pass.what);
+        for (const KernelKind& kernel : kernels) opencl().request(kernel);
         const auto keep_waiting = [&] {
             control.progress({});
             if (control.cancelled()) throw Cancelled();
             return device == DeviceChoice::opencl || Clock::now() - start < options.opencl_wait;
         };
         Choice choice;
-        for (const Pass& pass : plan.passes) {
+        for (const KernelKind& kernel : kernels) {
             const bool patient = device == DeviceChoice::opencl || options.opencl_wait.count() > 0;
             const auto answer =
-                patient ? opencl().wait(pass.what, keep_waiting) : opencl().look(pass.what);
+                patient ? opencl().wait(kernel, keep_waiting) : opencl().look(kernel);
             if (!answer.backend) return refuse(device, answer.reason);
             choice.opencl = answer.backend;
         }
@@ -82,22 +92,33 @@ struct Engine::State {
         return {nullptr, reason, 0};
     }
 
-    Outcome run_on_opencl(const JobSpec& job, const Plan& plan, const Control& control,
-                          bool standard_error_planes, OpenClBackend& backend) {
-        Outcome outcome = integrate(job, plan, backend, pool, control, standard_error_planes);
+    Outcome run_on(Backend& backend, const Request& request) {
+        const auto& [job, plan, control, standard_error_planes] = request;
+        if (job.integrator == Integrator::quadrature)
+            return integrate_by_quadrature(job, plan, backend, kQuadratureTolerance, control);
+        return integrate(job, plan, backend, pool, control, standard_error_planes);
+    }
+
+    Outcome run_on_opencl(const Request& request, OpenClBackend& backend) {
+        Outcome outcome = run_on(backend, request);
         std::string numerics = kStrictNumerics;
-        for (const Pass& pass : plan.passes)
-            if (backend.numerics(pass.what) != kStrictNumerics)
-                numerics = backend.numerics(pass.what);
+        for (const KernelKind& kernel : kernels_of(request.job, request.plan))
+            if (backend.numerics(kernel) != kStrictNumerics) numerics = backend.numerics(kernel);
         outcome.report.device = {"opencl", backend.name(), numerics, {}};
         return outcome;
     }
 
-    Outcome run_on_native(const JobSpec& job, const Plan& plan, const Control& control,
-                          bool standard_error_planes, const std::optional<std::string>& fallback) {
-        Outcome outcome = integrate(job, plan, *native, pool, control, standard_error_planes);
+    Outcome run_on_native(const Request& request, const std::optional<std::string>& fallback) {
+        Outcome outcome = run_on(*native, request);
         outcome.report.device = {"native", native_name(), kStrictNumerics, fallback};
         return outcome;
+    }
+
+    static std::vector<KernelKind> kernels_of(const JobSpec& job, const Plan& plan) {
+        if (job.integrator == Integrator::quadrature) return quadrature_kernels(job, plan);
+        std::vector<KernelKind> kernels;
+        for (const Pass& pass : plan.passes) kernels.push_back(pass.what);
+        return kernels;
     }
 
     std::string native_name() const {
@@ -123,18 +144,12 @@ void Engine::warm_up() {
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
     const Plan plan = make_plan(
         job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
-    if (job.integrator == Integrator::quadrature) {
-        Outcome outcome = integrate_by_quadrature(job, plan, *state_->native, control);
-        outcome.report.device = {"native", state_->native_name(), kStrictNumerics, {}};
-        outcome.report.left_out = plan.left_out;
-        return outcome;
-    }
-    Choice choice = state_->choose(job, plan, control);
+    const Request request{job, plan, control, standard_error_planes};
+    Choice choice = state_->choose(job, State::kernels_of(job, plan), control);
     Outcome outcome;
     if (choice.opencl) {
         try {
-            outcome =
-                state_->run_on_opencl(job, plan, control, standard_error_planes, *choice.opencl);
+            outcome = state_->run_on_opencl(request, *choice.opencl);
         } catch (const Cancelled&) {
             throw;
         } catch (const Error& error) {
@@ -142,8 +157,8 @@ Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_er
             choice = State::refuse(state_->wanted(job), error.what());
         }
     }
-    if (outcome.table.planes.empty())
-        outcome = state_->run_on_native(job, plan, control, standard_error_planes, choice.fallback);
+    if (outcome.table.planes.empty()) outcome = state_->run_on_native(request, choice.fallback);
+    hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
     outcome.report.left_out = plan.left_out;
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;

@@ -37,21 +37,17 @@ class NativeBackend : public Backend {
         run_groups(launch, kernels_.double_lanes, kernels_.find_double(launch.what.material));
     }
     void run(const QuadratureLaunch<float>& launch) override {
-        const auto [masking, fresnel] = numbers(launch.what);
         run_quadrature(launch, kernels_.float_lanes,
-                       kernels_.find_quadrature_float(masking, fresnel));
+                       kernels_.find_quadrature_float(static_cast<int>(launch.what.masking),
+                                                      launch.what.fresnel));
     }
     void run(const QuadratureLaunch<double>& launch) override {
-        const auto [masking, fresnel] = numbers(launch.what);
         run_quadrature(launch, kernels_.double_lanes,
-                       kernels_.find_quadrature_double(masking, fresnel));
+                       kernels_.find_quadrature_double(static_cast<int>(launch.what.masking),
+                                                       launch.what.fresnel));
     }
 
   private:
-    static std::pair<int, int> numbers(const QuadratureKind& kind) {
-        return {static_cast<int>(kind.masking), kind.fresnel ? 1 : 0};
-    }
-
     /// Calls body(first lane) for each lane group of a launch, on all threads.
     template <typename Body>
     void each_group(std::size_t texel_stride, int lanes, Body body) {
@@ -68,7 +64,8 @@ class NativeBackend : public Backend {
         each_group(launch.texel_stride, lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.order, launch.texel_stride, launch.values.data() + first});
+                      launch.parameters.data(), launch.what.fresnel, launch.order.elevation,
+                      launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
         });
     }
 

@@ -79,6 +79,9 @@ struct Axis {
     double shift = 0;  ///< texels by which t lies above where grid and flip put it
     double least = 0;  ///< smaller parameter values are raised to this
     double most = std::numeric_limits<double>::infinity();  ///< larger ones are lowered to this
+    // Only where a table is checked (server/compute/lattice.h).
+    std::vector<double> at{};  ///< places along the axis, in texels, instead of 0, 1, 2, …
+    std::int64_t of = 0;       ///< texels that `at` counts
     bool operator==(const Axis&) const = default;
 };
 

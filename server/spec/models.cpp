@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/spec/channels.h"
 #include "server/spec/json_text.h"
@@ -201,26 +202,12 @@ class Models {
 
     /// What quadrature has a rule for: kernels/quadrature.h.
     void check_quadrature() {
-        const auto refuse = [&](const std::string& why) {
+        std::set<std::string> reasons;
+        for (const Quantity quantity : job_.quantities)
+            if (const auto lack = quadrature_lacks(job_, quantity)) reasons.insert(*lack);
+        for (const std::string& reason : reasons)
             add("/integrator",
-                "\"quadrature\" has no rule for " + why + "; allowed here: monte_carlo");
-        };
-        if (!quadrature_knows_lobe(job_))
-            refuse("distribution " + in_quotes(to_word(job_.distribution)) + " under masking " +
-                   in_quotes(to_word(job_.masking)));
-        else if (job_.fresnel.model == Fresnel::schlick && job_.fresnel.exponent != 5)
-            refuse("a Schlick exponent that is not 5");
-        for (const Quantity quantity : job_.quantities) {
-            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
-            const bool matte =
-                job_.coupling == Coupling::kelemen || job_.diffuse.model == DiffuseModel::none;
-            if (term && job_.fresnel.model > Fresnel::schlick)
-                refuse("Fresnel model " + in_quotes(to_word(job_.fresnel.model)));
-            else if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
-                refuse("the diffuse lobe that " + in_quotes(to_word(quantity)) + " reads");
-        }
-        if (problems_.sound("/device") && document_["device"] == "opencl")
-            add("/device", "\"opencl\" does not run the quadrature; allowed: auto, native");
+                "\"quadrature\" has no rule for " + reason + "; allowed here: monte_carlo");
     }
 
     void check_together() {
