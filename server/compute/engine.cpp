@@ -2,6 +2,7 @@
 #include "server/compute/engine.h"
 
 #include <algorithm>
+#include <set>
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
@@ -10,6 +11,7 @@
 #include "server/compute/opencl_programs.h"
 #include "server/compute/plan.h"
 #include "server/compute/quadrature_job.h"
+#include "server/compute/region.h"
 
 namespace kiln {
 
@@ -58,17 +60,20 @@ struct Engine::State {
         if (!options.opencl_disabled_reason.empty())
             return refuse(device, options.opencl_disabled_reason);
         const auto start = Clock::now();
-        for (const Pass& pass : plan.passes) opencl().request(pass.what);
+        std::set<Specialisation> kernels;
+        for (const Pass& pass : plan.passes)
+            for (const Specialisation& kernel : kernels_of(pass)) kernels.insert(kernel);
+        for (const Specialisation& kernel : kernels) opencl().request(kernel);
         const auto keep_waiting = [&] {
             control.progress({});
             if (control.cancelled()) throw Cancelled();
             return device == DeviceChoice::opencl || Clock::now() - start < options.opencl_wait;
         };
         Choice choice;
-        for (const Pass& pass : plan.passes) {
+        for (const Specialisation& kernel : kernels) {
             const bool patient = device == DeviceChoice::opencl || options.opencl_wait.count() > 0;
             const auto answer =
-                patient ? opencl().wait(pass.what, keep_waiting) : opencl().look(pass.what);
+                patient ? opencl().wait(kernel, keep_waiting) : opencl().look(kernel);
             if (!answer.backend) return refuse(device, answer.reason);
             choice.opencl = answer.backend;
         }
@@ -88,8 +93,8 @@ struct Engine::State {
             integrate(job, plan, backend, pool, control, options.standard_error_planes);
         std::string numerics = kStrictNumerics;
         for (const Pass& pass : plan.passes)
-            if (backend.numerics(pass.what) != kStrictNumerics)
-                numerics = backend.numerics(pass.what);
+            for (const Specialisation& kernel : kernels_of(pass))
+                if (backend.numerics(kernel) != kStrictNumerics) numerics = backend.numerics(kernel);
         outcome.report.device = {"opencl", backend.name(), numerics, {}};
         return outcome;
     }
@@ -118,8 +123,10 @@ void Engine::warm_up() {
     common.quantities = {Quantity::split_sum_scale, Quantity::split_sum_bias};
     common.resolution = {1, 1};
     common.axes = {Axis{}, Axis{.parameter = Parameter::roughness}};
-    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes)
+    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes) {
         state_->opencl().request(pass.what);
+        state_->opencl().request(log_tangent_kernel(pass.what));
+    }
 }
 
 Outcome Engine::run(const JobSpec& job, const Control& control) {
@@ -145,7 +152,8 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
     }
     if (outcome.table.planes.empty())
         outcome = state_->run_on_native(job, plan, control, choice.fallback);
-    outcome.report.left_out = plan.left_out;
+    auto& left_out = outcome.report.left_out;
+    left_out.insert(left_out.begin(), plan.left_out.begin(), plan.left_out.end());
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;
 }

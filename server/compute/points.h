@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "server/compute/native_group.h"
@@ -49,6 +50,10 @@ struct PointSet {
     std::vector<std::uint32_t> replicate_of_batch;
     std::vector<std::uint32_t>
         replicate_sizes;  ///< points in each replicate; they differ by at most one
+
+    std::uint64_t samples() const {  ///< of a texel, in all replicates
+        return std::accumulate(replicate_sizes.begin(), replicate_sizes.end(), std::uint64_t{0});
+    }
 };
 
 /// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends
