@@ -8,6 +8,7 @@
 #include "server/base/error.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
+#include "server/compute/stopping.h"
 #include "server/compute/texels.h"
 #include "server/spec/layouts.h"
 
@@ -49,6 +50,11 @@ class Quadrature {
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         report.warnings = layout_warnings(job_);
         report.status = unsettled_ == 0 ? "converged" : "roundoff_floor";
+        if (out_of_time_) {
+            report.status = "budget_exhausted";
+            report.warnings.push_back(
+                "time_budget_s ended the quadrature: places after that stand at its lowest orders");
+        }
         if (unsettled_ != 0)
             report.warnings.push_back(std::to_string(unsettled_) +
                                       " places did not reach the tolerance at the highest order");
@@ -102,7 +108,12 @@ class Quadrature {
         const int terms = pass.what.material.terms;
         const QuadratureKind kind{job_.masking, (terms & 1 << kSchlick) != 0, job_.precision};
         QuadratureTolerance tolerance;
-        if (terms & 1 << kDeficit) tolerance.deficit_relative = 1e-6;
+        if (job_.target_error)
+            tolerance.absolute = *job_.target_error;
+        else if (terms & 1 << kDeficit)
+            tolerance.deficit_relative = 1e-6;
+        out_of_time_ = deadline_.passed();
+        if (out_of_time_) tolerance = {1, 0};  // the two lowest orders: each place has a value
         QuadratureResult found = integrate_quadrature(backend_, kind, NoV, alpha, tolerance);
         count_work(found.evaluations, terms);
         unsettled_ += found.unsettled;
@@ -141,6 +152,8 @@ class Quadrature {
     Outcome outcome_;
     std::vector<ErrorSummary> sums_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
+    const Deadline deadline_{std::chrono::steady_clock::now(), job_.time_budget_s, 1};
+    bool out_of_time_ = false;
 };
 
 }  // namespace

@@ -158,9 +158,11 @@ class Group {
                 const Share& share = pass_.shares[s];
                 const Estimate found = estimate(s, slot);
                 account.store(pass_, share, place, found);
-                suspect |= is_suspect(pass_, share, place, found,
-                                      std::max(error_bound(found, s_.job.precision),
-                                               rules_.tolerance(share, found.value)));
+                const double bound = error_bound(found, s_.job.precision);
+                suspect |= misses_mirror_limit(pass_, share, place, found, bound);
+                if (rules_.aims())
+                    suspect |= lacks_rare_events(
+                        found, std::max(bound, rules_.tolerance(share, found.value)));
             }
             if (suspect && set_.replicate_sizes.size() > 1) account.suspected.add(pass_, place);
             account.count_samples(0, replicates_.samples(slot));

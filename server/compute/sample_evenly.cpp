@@ -133,8 +133,8 @@ class Even {
                     share, s, places[i], [&](std::size_t m) { return replicates.estimate(m, i); });
                 s_.account.store(pass, share, places[i], estimate);
                 suspect |= replicates.completed() > 1 &&
-                           is_suspect(pass, share, places[i], estimate,
-                                      error_bound(estimate, s_.job.precision));
+                           misses_mirror_limit(pass, share, places[i], estimate,
+                                               error_bound(estimate, s_.job.precision));
             }
             if (suspect) s_.account.suspected.add(pass, places[i]);
         }

@@ -72,7 +72,8 @@ void Verdict::add(const StoppingRules& rules, const Pass& pass, const Share& sha
     at_quantum |= rules.is_quantum(estimate.value);
     const double allowed = std::max(tolerance, 2 * rules.floor());
     passes &= spread + rules.floor() <= allowed &&
-              !is_suspect(pass, share, place, estimate, std::max(bound, tolerance));
+              !lacks_rare_events(estimate, std::max(spread + rules.floor(), tolerance)) &&
+              !misses_mirror_limit(pass, share, place, estimate, spread + rules.floor());
     at_roundoff |= spread + rules.floor() > tolerance;
 }
 

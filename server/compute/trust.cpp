@@ -18,14 +18,16 @@ bool has_mirror_limit(const Pass& pass, const Share& share) {
            static_cast<Masking>(what.masking) <= Masking::smith_separable;
 }
 
-/// α below 0.02 and NoV above 2 α: 1 − E is within a factor of two of its leading order there, and
-/// B within 11 times that of (1 − NoV)^n (against quadrature).
-bool misses_limit(const Pass& pass, const Share& share, std::size_t place,
-                  const Estimate& estimate, double bound) {
+}  // namespace
+
+// For α below 0.02 and NoV above 2 α, 1 − E is within a factor of two of its leading order and B
+// within 11 times that of (1 − NoV)^n: seen against quadrature.
+bool misses_mirror_limit(const Pass& pass, const Share& share, std::size_t place,
+                         const Estimate& estimate, double bound) {
     const KernelMaterial& what = pass.what.material;
     const double alpha = pass.places.alpha(place), NoV = pass.places.NoV(place);
-    if (!(alpha < 0.02) || (!what.averaged && !(NoV > 2 * alpha))) return false;
-    if (what.averaged && share.a[kSchlick] != 0) return false;
+    if (!has_mirror_limit(pass, share) || !(alpha < 0.02)) return false;
+    if (what.averaged ? share.a[kSchlick] != 0 : !(NoV > 2 * alpha)) return false;
     const double deficit = expected_deficit(what, NoV, alpha);
     double limit = 0, off = 0;
     for (std::size_t t = 0; t < kTermCount; ++t) {
@@ -37,14 +39,6 @@ bool misses_limit(const Pass& pass, const Share& share, std::size_t place,
     if (difference > off + bound) return true;
     const double lacking = share.a[kDeficit] - share.a[kWeight];
     return share.a[kSchlick] == 0 && difference + bound < std::abs(lacking) * deficit / 2;
-}
-
-}  // namespace
-
-bool is_suspect(const Pass& pass, const Share& share, std::size_t place, const Estimate& estimate,
-                double bound) {
-    return estimate.missable > bound || (has_mirror_limit(pass, share) &&
-                                         misses_limit(pass, share, place, estimate, bound));
 }
 
 }  // namespace kiln

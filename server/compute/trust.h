@@ -10,10 +10,15 @@ inline double error_bound(const Estimate& estimate, Precision precision) {
     return kStudentT * estimate.standard_error() + rounding_floor(precision);
 }
 
-/// Whether an estimate cannot be trusted, whatever its standard error says: fewer than 30 of its
-/// rare events are expected and they carry more than `bound`; or at low roughness the value is not
-/// what it tends to as α → 0, by more than `bound` and the leading order of what is missing.
-bool is_suspect(const Pass& pass, const Share& share, std::size_t place, const Estimate& estimate,
-                double bound);
+/// Whether fewer than 30 of an estimate's rare events are expected although they carry more than
+/// `bound`: no claim of convergence holds then.
+inline bool lacks_rare_events(const Estimate& estimate, double bound) {
+    return estimate.missable > bound;
+}
+
+/// Whether a value at low roughness is not what it tends to as α → 0, by more than `bound` and the
+/// leading order of what is missing: it cannot be trusted, whatever its standard error says.
+bool misses_mirror_limit(const Pass& pass, const Share& share, std::size_t place,
+                         const Estimate& estimate, double bound);
 
 }  // namespace kiln
