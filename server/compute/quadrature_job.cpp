@@ -50,6 +50,12 @@ class Quadrature {
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         report.warnings = layout_warnings(job_);
         report.status = unsettled_ == 0 ? "converged" : "roundoff_floor";
+        const bool beyond_float = job_.target_error && job_.precision == Precision::float32 &&
+                                  *job_.target_error < kQuadratureFloatRounding;
+        if (beyond_float) {
+            report.status = "roundoff_floor";
+            report.warnings.push_back("target_error is below what float32 arithmetic leaves, 1e-6");
+        }
         if (out_of_time_) {
             report.status = "budget_exhausted";
             report.warnings.push_back(

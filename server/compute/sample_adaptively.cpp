@@ -32,7 +32,7 @@ class Group {
           means_(pass.shares, region),
           launches_(sampling.backend, sampling.pool, pass, region),
           replicates_(means_.list(), means_.facts(pass, region, places)),
-          rules_(sampling.job, sampling.account),
+          rules_(sampling.job),
           progress_(places.size()) {}
 
     /// report(share of the group's work that is done, error so far) after each launch.
@@ -126,6 +126,11 @@ class Group {
         });
     }
 
+    /// Shares of the channel of a share.
+    std::size_t shares_beside(std::size_t share) const {
+        return s_.account.shares_of(pass_.shares[share].channel);
+    }
+
     /// Whether a place goes on to the next level.
     void judge(std::uint32_t slot) {
         Verdict verdict;
@@ -133,7 +138,7 @@ class Group {
             const Estimate found = estimate(s, slot);
             if (!std::isfinite(found.value) || !std::isfinite(found.variance))
                 throw Error("non_finite", "a value of the table is not a finite number");
-            verdict.add(rules_, pass_, pass_.shares[s], places_[slot], found);
+            verdict.add(rules_, pass_, pass_.shares[s], shares_beside(s), places_[slot], found);
         }
         progress_[slot].add(verdict, rules_, pass_.places.alpha(places_[slot]),
                             replicates_.samples(slot));
@@ -162,7 +167,7 @@ class Group {
                 suspect |= misses_mirror_limit(pass_, share, place, found, bound);
                 if (rules_.aims())
                     suspect |= lacks_rare_events(
-                        found, std::max(bound, rules_.tolerance(share, found.value)));
+                        found, std::max(bound, rules_.tolerance(shares_beside(s), found.value)));
             }
             if (suspect && set_.replicate_sizes.size() > 1) account.suspected.add(pass_, place);
             account.count_samples(0, replicates_.samples(slot));

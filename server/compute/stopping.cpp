@@ -46,10 +46,9 @@ double StoppingRules::quantum(double value) const {
     __builtin_unreachable();
 }
 
-double StoppingRules::tolerance(const Share& share, double value) const {
+double StoppingRules::tolerance(std::size_t shares, double value) const {
     if (!job_.target_error) return 0;
-    const auto shares = static_cast<double>(account_.shares_of(share.channel));
-    return std::max(*job_.target_error, quantum(value) / 4) / shares;
+    return std::max(*job_.target_error, quantum(value) / 4) / static_cast<double>(shares);
 }
 
 bool StoppingRules::is_flat(double before, double now) const {
@@ -60,12 +59,12 @@ bool StoppingRules::is_flat(double before, double now) const {
 }
 
 void Verdict::add(const StoppingRules& rules, const Pass& pass, const Share& share,
-                  std::size_t place, const Estimate& estimate) {
+                  std::size_t shares, std::size_t place, const Estimate& estimate) {
     if (!rules.aims()) {
         passes = false;
         return;
     }
-    const double tolerance = rules.tolerance(share, estimate.value);
+    const double tolerance = rules.tolerance(shares, estimate.value);
     const double spread = kStudentT * estimate.standard_error();
     bound = std::max(bound, spread + rules.floor());
     error = std::max(error, estimate.standard_error());

@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "server/compute/account.h"
+#include "server/compute/estimate.h"
+#include "server/compute/plan.h"
+#include "server/spec/job_spec.h"
 
 namespace kiln {
 
@@ -29,13 +31,13 @@ class Deadline {
 /// What a place has to reach.
 class StoppingRules {
   public:
-    StoppingRules(const JobSpec& job, const Account& account) : job_(job), account_(account) {}
+    explicit StoppingRules(const JobSpec& job) : job_(job) {}
 
     bool aims() const { return job_.target_error.has_value(); }
     double floor() const { return rounding_floor(job_.precision); }
-    /// Bound that a share's errors must keep: the channel's target_error, or a quarter of what its
-    /// pixels resolve at this value, divided among its shares. 0 without a target.
-    double tolerance(const Share& share, double value) const;
+    /// Bound that each of a channel's shares must keep: target_error, or a quarter of what pixels
+    /// resolve at this value, divided among them. 0 without a target.
+    double tolerance(std::size_t shares, double value) const;
     bool is_quantum(double value) const { return quantum(value) / 4 > *job_.target_error; }
     /// Three doublings of the samples lie between the two errors; nothing is said of zeros.
     bool is_flat(double before, double now) const;
@@ -43,15 +45,15 @@ class StoppingRules {
   private:
     double quantum(double value) const;
     const JobSpec& job_;
-    const Account& account_;
 };
 
 /// All shares of a place at one level.
 struct Verdict {
     bool passes = true, at_roundoff = false, at_quantum = false;
     double bound = 0, error = 0;  ///< largest
-    void add(const StoppingRules& rules, const Pass& pass, const Share& share, std::size_t place,
-             const Estimate& estimate);
+    /// `shares`: of the share's channel.
+    void add(const StoppingRules& rules, const Pass& pass, const Share& share, std::size_t shares,
+             std::size_t place, const Estimate& estimate);
 };
 
 /// How far a place has come. It stops at the second level in a row that passes: replicates that
