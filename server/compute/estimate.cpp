@@ -9,7 +9,32 @@ namespace kiln {
 
 namespace {
 constexpr std::size_t kMirroredTerms[] = {kSchlick, kColour, kColour + 1, kColour + 2};
-constexpr int kRareTerms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit | 7 << kColour;
+constexpr std::size_t kPlacesATask = 512;
+
+/// Visible normals rarely meet what an estimate is about: the directions below the horizon, where
+/// no term is more than 1.
+void add_deficit_events(const Pass& pass, const Mean& mean, std::size_t place, double& chance,
+                        double& weight) {
+    chance = expected_deficit(pass.what.material, pass.places.NoV(place), pass.places.alpha(place));
+    for (const double coefficient : mean.terms) weight = std::max(weight, std::abs(coefficient));
+}
+
+/// Beside log-uniform tangents the events that are left are half vectors so far from the normal that
+/// a Fresnel term is another one: VoH between NoV / 2, towards the horizon, and 1.
+void add_tilted_events(const Pass& pass, const Mean& mean, std::size_t place, double& control,
+                       double& chance, double& weight) {
+    const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
+    for (const std::size_t t : kMirroredTerms) {
+        const double coefficient = mean.mirrored[t];
+        if (coefficient == 0) continue;
+        const double mirror = pass.mirror(t, NoV);
+        control += coefficient * mirror;
+        weight += std::abs(coefficient) * std::max(std::abs(pass.mirror(t, NoV / 2) - mirror),
+                                                   std::abs(pass.mirror(t, 1) - mirror));
+    }
+    // For NoV ≪ 1, ∫ (5 t)² p dt / n of tangents t with density p = 2 α² / (π NoV t²), up to t = 1.
+    chance = std::min(expected_deficit(pass.what.material, NoV, alpha), 5 * alpha * alpha / NoV);
+}
 }  // namespace
 
 Means::Means(const std::vector<Share>& shares, const Region& region) {
@@ -27,18 +52,13 @@ Means::Means(const std::vector<Share>& shares, const Region& region) {
 }
 
 std::size_t Means::index(const Combination& combination, const Region& region) {
-    Mean mean{combination, 0, {}, 0};
+    Mean mean{combination, 0, {}};
     Combination& c = mean.terms;
-    const bool is_diffuse = (terms_of(c) & kRareTerms) == 0;
     if (region.log_tangents) {
         mean.constant = c[kWeight];  // E = 1 − D
         c[kDeficit] -= c[kWeight];
         c[kWeight] = 0;
         for (const std::size_t t : kMirroredTerms) mean.mirrored[t] = c[t];
-    } else if (!is_diffuse) {
-        // Below the horizon neither F nor (1 − VoH)^n is more than 1.
-        for (std::size_t t = 0; t < kTermCount; ++t)
-            mean.rare_weight = std::max(mean.rare_weight, std::abs(c[t]));
     }
     const auto at = std::find(list_.begin(), list_.end(), mean);
     if (at != list_.end()) return static_cast<std::size_t>(at - list_.begin());
@@ -46,25 +66,30 @@ std::size_t Means::index(const Combination& combination, const Region& region) {
     return list_.size() - 1;
 }
 
-PlaceFacts Means::facts(const Pass& pass, const Region& region,
+PlaceFacts Means::facts(const Pass& pass, const Region& region, ThreadPool& pool,
                         std::span<const std::uint32_t> places) const {
     PlaceFacts facts;
-    const bool visible = pass.points == PointKind::visible_normals && !region.log_tangents;
-    for (const std::uint32_t place : places)
-        facts.deficits.push_back(visible ? expected_deficit(pass.what.material,
-                                                            pass.places.NoV(place),
-                                                            pass.places.alpha(place))
-                                         : 0);
-    facts.controls.resize(list_.size());
+    facts.place_count = places.size();
+    for (auto* planes : {&facts.controls, &facts.event_chances, &facts.event_weights})
+        planes->resize(list_.size());
+    if (pass.points != PointKind::visible_normals) return facts;
     for (std::size_t m = 0; m < list_.size(); ++m) {
-        if (terms_of(list_[m].mirrored) == 0) continue;
-        for (const std::uint32_t place : places) {
-            double control = 0;
-            for (const std::size_t t : kMirroredTerms)
-                if (list_[m].mirrored[t] != 0)
-                    control += list_[m].mirrored[t] * pass.mirror(t, pass.places.NoV(place));
-            facts.controls[m].push_back(control);
-        }
+        const bool tilted = terms_of(list_[m].mirrored) != 0;
+        if (region.log_tangents && !tilted) continue;
+        facts.event_chances[m].resize(places.size());
+        facts.event_weights[m].resize(places.size());
+        if (tilted) facts.controls[m].resize(places.size());
+        pool.parallel_for((places.size() + kPlacesATask - 1) / kPlacesATask, [&](std::size_t task) {
+            const std::size_t end = std::min((task + 1) * kPlacesATask, places.size());
+            for (std::size_t i = task * kPlacesATask; i < end; ++i) {
+                double &chance = facts.event_chances[m][i], &weight = facts.event_weights[m][i];
+                if (tilted)
+                    add_tilted_events(pass, list_[m], places[i], facts.controls[m][i], chance,
+                                      weight);
+                else
+                    add_deficit_events(pass, list_[m], places[i], chance, weight);
+            }
+        });
     }
     return facts;
 }

@@ -37,16 +37,17 @@ struct Mean {
     /// M (1 − W − D), with M the value of T at the mirror direction. Rare events, which carry no T,
     /// leave T + M (1 − W) at M; they count in D alone.
     Combination mirrored{};
-    double rare_weight = 0;  ///< largest weight that one rare event has in it (rare_events.h)
     bool operator==(const Mean& other) const {
         return terms == other.terms && constant == other.constant && mirrored == other.mirrored;
     }
 };
 
-/// What the means of some places need to know of them.
+/// What the means of some places need to know of them, each [mean][place] or empty where it is 0.
 struct PlaceFacts {
-    std::vector<double> deficits;               ///< [place] expected of rare events; 0: none
-    std::vector<std::vector<double>> controls;  ///< [mean][place] Σ mirrored · M; empty: all 0
+    std::size_t place_count = 0;
+    std::vector<std::vector<double>> controls;  ///< Σ mirrored · M
+    /// Rare events (rare_events.h): the probability of one in a sample, and what it weighs.
+    std::vector<std::vector<double>> event_chances, event_weights;
 };
 
 /// The means that the shares of a pass need in a region, each once.
@@ -83,7 +84,7 @@ class Means {
     }
 
     /// Of the places of a region with these means.
-    PlaceFacts facts(const Pass& pass, const Region& region,
+    PlaceFacts facts(const Pass& pass, const Region& region, ThreadPool& pool,
                      std::span<const std::uint32_t> places) const;
 
   private:

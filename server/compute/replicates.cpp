@@ -73,13 +73,25 @@ KILN_WIDE void fold_replicate(ReplicateWeight w, double* __restrict partial,
     }
 }
 
-/// Variances of the means into `out`, from spreads and, where they count, the rare events' share.
-KILN_WIDE void variances(const double* __restrict spread, const double* __restrict deficits,
-                         double rare_weight, double scale, double samples, double* __restrict out,
-                         std::size_t count) {
-    const double weight2 = rare_weight * rare_weight;
+KILN_WIDE void scale_spreads(const double* __restrict spread, double scale, double* __restrict out,
+                             std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) out[i] = spread[i] * scale;
+}
+
+KILN_WIDE void add_rare_events(const double* __restrict chances, const double* __restrict weights,
+                               double samples, double* __restrict out, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
-        out[i] = spread[i] * scale + weight2 * rare_event_variance(deficits[i], samples);
+        out[i] += weights[i] * weights[i] * rare_event_variance(chances[i], samples);
+}
+
+/// Variances of the means of places [begin, begin + count) into `out`, from spreads and, where they
+/// count, the rare events' share.
+void variances(const PlaceFacts& facts, std::size_t mean, std::size_t begin, const double* spread,
+               double scale, double samples, double* out, std::size_t count) {
+    scale_spreads(spread, scale, out, count);
+    if (!facts.event_chances[mean].empty())
+        add_rare_events(&facts.event_chances[mean][begin], &facts.event_weights[mean][begin],
+                        samples, out, count);
 }
 
 /// What stands beside the sums in a mean.
@@ -87,9 +99,12 @@ double beside(const Mean& mean, const std::vector<double>& control, std::size_t 
     return mean.constant + (control.empty() ? 0 : control[place]);
 }
 
-double missable(const Mean& mean, double deficit, std::uint64_t samples) {
-    const bool seen = deficit * static_cast<double>(samples) >= kRareEventsSeen;
-    return seen ? 0 : mean.rare_weight * deficit;
+double missable(const PlaceFacts& facts, std::size_t mean, std::size_t place,
+                std::uint64_t samples) {
+    if (facts.event_chances[mean].empty()) return 0;
+    const double chance = facts.event_chances[mean][place];
+    const bool seen = chance * static_cast<double>(samples) >= kRareEventsSeen;
+    return seen ? 0 : facts.event_weights[mean][place] * chance;
 }
 }  // namespace
 
@@ -166,14 +181,13 @@ void Replicates::fill_variances(std::size_t mean, std::size_t begin, std::size_t
                                 double* out) const {
     const auto samples = static_cast<double>(weight_);
     const double scale = 1 / (samples * static_cast<double>(completed_ - 1));
-    variances(&spread_[mean][begin], &facts_.deficits[begin], means_[mean].rare_weight, scale,
-              samples, out, end - begin);
+    variances(facts_, mean, begin, &spread_[mean][begin], scale, samples, out, end - begin);
 }
 
 Estimate Replicates::estimate(std::size_t mean, std::size_t place) const {
     Estimate found{beside(means_[mean], facts_.controls[mean], place) + mean_[mean][place], 0, 0};
     if (completed_ >= 2) fill_variances(mean, place, place + 1, &found.variance);
-    found.missable = missable(means_[mean], facts_.deficits[place], weight_);
+    found.missable = missable(facts_, mean, place, weight_);
     return found;
 }
 
@@ -208,18 +222,19 @@ std::uint64_t Replicates::non_finite() const {
 
 GrowingReplicates::GrowingReplicates(std::vector<Mean> means, PlaceFacts facts)
     : means_(std::move(means)), facts_(std::move(facts)) {
-    const std::vector<double> plane(facts_.deficits.size());
+    const std::vector<double> plane(facts_.place_count);
     totals_.assign(means_.size() * kReplicatesMax, plane);
     scratch_.resize(totals_.size());
     mean_.assign(means_.size(), plane);
     variance_ = mean_;
     samples_.resize(plane.size());
-    here_.controls.resize(means_.size());
+    for (auto* planes : {&here_.controls, &here_.event_chances, &here_.event_weights})
+        planes->resize(means_.size());
 }
 
 Estimate GrowingReplicates::estimate(std::size_t mean, std::size_t slot) const {
     return {mean_[mean][slot], variance_[mean][slot],
-            missable(means_[mean], facts_.deficits[slot], samples_[slot])};
+            missable(facts_, mean, slot, samples_[slot])};
 }
 
 void GrowingReplicates::begin(std::span<const std::uint32_t> slots, bool fresh) {
@@ -228,9 +243,11 @@ void GrowingReplicates::begin(std::span<const std::uint32_t> slots, bool fresh) 
         to.resize(slots_.size());
         for (std::size_t i = 0; i < slots_.size(); ++i) to[i] = from[slots_[i]];
     };
-    gather(facts_.deficits, here_.deficits);
-    for (std::size_t m = 0; m < means_.size(); ++m)
-        if (!facts_.controls[m].empty()) gather(facts_.controls[m], here_.controls[m]);
+    here_.place_count = slots_.size();
+    for (const auto planes : {&PlaceFacts::controls, &PlaceFacts::event_chances,
+                              &PlaceFacts::event_weights})
+        for (std::size_t m = 0; m < means_.size(); ++m)
+            if (!(facts_.*planes)[m].empty()) gather((facts_.*planes)[m], (here_.*planes)[m]);
     for (std::size_t k = 0; k < totals_.size(); ++k) {
         if (fresh)
             scratch_[k].assign(slots_.size(), 0.0);
@@ -283,7 +300,7 @@ void GrowingReplicates::commit_slots(const PointSet& set, std::size_t begin, std
                            spread.data(), count);
         }
         if (replicates >= 2)
-            variances(spread.data(), &here_.deficits[begin], means_[m].rare_weight,
+            variances(here_, m, begin, spread.data(),
                       1 / (weight * static_cast<double>(replicates - 1)), weight, variance.data(),
                       count);
         for (std::size_t i = 0; i < count; ++i) {

@@ -38,7 +38,7 @@ class Replicates {
 
     std::size_t completed() const { return completed_; }  ///< replicates
     std::uint64_t samples() const { return weight_; }     ///< a place, in completed replicates
-    std::size_t place_count() const { return facts_.deficits.size(); }
+    std::size_t place_count() const { return facts_.place_count; }
     /// The variance is 0 while fewer than two replicates are complete.
     Estimate estimate(std::size_t mean, std::size_t place) const;
     std::size_t mean_count() const { return means_.size(); }

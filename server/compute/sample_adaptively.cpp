@@ -31,7 +31,7 @@ class Group {
           deadline_(deadline),
           means_(pass.shares, region),
           launches_(sampling.backend, sampling.pool, pass, region),
-          replicates_(means_.list(), means_.facts(pass, region, places)),
+          replicates_(means_.list(), means_.facts(pass, region, sampling.pool, places)),
           rules_(sampling.job),
           progress_(places.size()) {}
 

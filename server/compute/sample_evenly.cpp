@@ -52,7 +52,7 @@ class Even {
             const auto places = std::span(region.places)
                                     .subspan(first, std::min(block, region.places.size() - first));
             launches.set_places(places);
-            replicates.reset(means.facts(pass, region, places));
+            replicates.reset(means.facts(pass, region, s_.pool, places));
             run_block(set, launches, replicates);
             store(pass, means, replicates, places);
             for (const Draw& draw : region.draws)

@@ -25,7 +25,7 @@ struct Sums {
 };
 
 const std::vector<Mean> kMean = {{.terms = {1}}};
-const PlaceFacts kEightPlaces = {std::vector<double>(8, 0.0), {{}}};
+const PlaceFacts kEightPlaces = {8, {{}}, {{}}, {{}}};
 
 TermSums<float> from(const Sums& sums, std::size_t batch) {
     TermSums<float> found;

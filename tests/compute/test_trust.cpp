@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/compute/rare_events.h"
+#include "server/compute/replicates.h"
 #include "server/compute/stopping.h"
 #include "server/compute/trust.h"
 #include "server/spec/spec.h"
@@ -103,11 +104,10 @@ TEST(Trust, FewerThanThirtyRareEventsAreNoConvergence) {
     for (const std::int64_t samples : {1024, 65536}) {
         Mean mean;
         mean.terms[kWeight] = 1;
-        mean.rare_weight = 1;
         const PointSet set =
             make_points(Sampler::sobol_owen, PointKind::visible_normals, 1, samples);
         Replicates replicates({mean});
-        replicates.reset({{deficit}, {{}}});
+        replicates.reset({1, {{}}, {{deficit}}, {{1}}});
         const std::vector<float> ones(kLanesMax, 64.0f);  // all agree
         TermSums<float> sums;
         sums.data[kWeight] = ones.data();
