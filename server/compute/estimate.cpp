@@ -11,16 +11,30 @@ namespace {
 constexpr std::size_t kMirroredTerms[] = {kSchlick, kColour, kColour + 1, kColour + 2};
 constexpr std::size_t kPlacesATask = 512;
 
-/// Visible normals rarely meet what an estimate is about: the directions below the horizon, where
-/// no term is more than 1.
-void add_deficit_events(const Pass& pass, const Mean& mean, std::size_t place, double& chance,
-                        double& weight) {
-    chance = expected_deficit(pass.what.material, pass.places.NoV(place), pass.places.alpha(place));
-    for (const double coefficient : mean.terms) weight = std::max(weight, std::abs(coefficient));
+/// Chance of half vectors so far from the normal that a Fresnel term is another one. For NoV ≪ 1 it is
+/// ∫ (5 t)² p dt over tangents t up to 1, of density p = 2 α² / (π NoV t²).
+double tilted_chance(const KernelMaterial& what, double NoV, double alpha) {
+    return std::min(expected_deficit(what, NoV, alpha), 5 * alpha * alpha / std::max(NoV, alpha));
 }
 
-/// Beside log-uniform tangents the events that are left are half vectors so far from the normal that
-/// a Fresnel term is another one: VoH between NoV / 2, towards the horizon, and 1.
+/// Visible normals rarely meet directions below the horizon, where no term is more than 1, or those
+/// that a Fresnel term depends on.
+void add_deficit_events(const Pass& pass, const Mean& mean, std::size_t place, double& chance,
+                        double& weight) {
+    const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
+    bool tilted = false;
+    for (const std::size_t t : kMirroredTerms) tilted |= mean.terms[t] != 0;
+    for (const double coefficient : mean.terms) weight = std::max(weight, std::abs(coefficient));
+    if (!(alpha > 0))
+        chance = 0;
+    else if (tilted && !pass.what.material.averaged)
+        chance = tilted_chance(pass.what.material, NoV, alpha);
+    else
+        chance = expected_deficit(pass.what.material, NoV, alpha);
+}
+
+/// Beside log-uniform tangents the tilted ones alone are left: VoH between NoV / 2, towards the
+/// horizon, and 1.
 void add_tilted_events(const Pass& pass, const Mean& mean, std::size_t place, double& control,
                        double& chance, double& weight) {
     const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
@@ -32,8 +46,7 @@ void add_tilted_events(const Pass& pass, const Mean& mean, std::size_t place, do
         weight += std::abs(coefficient) * std::max(std::abs(pass.mirror(t, NoV / 2) - mirror),
                                                    std::abs(pass.mirror(t, 1) - mirror));
     }
-    // For NoV ≪ 1, ∫ (5 t)² p dt / n of tangents t with density p = 2 α² / (π NoV t²), up to t = 1.
-    chance = std::min(expected_deficit(pass.what.material, NoV, alpha), 5 * alpha * alpha / NoV);
+    chance = tilted_chance(pass.what.material, NoV, alpha);
 }
 }  // namespace
 

@@ -101,7 +101,8 @@ double beside(const Mean& mean, const std::vector<double>& control, std::size_t 
 
 double missable(const PlaceFacts& facts, std::size_t mean, std::size_t place,
                 std::uint64_t samples) {
-    if (facts.event_chances[mean].empty()) return 0;
+    // Beside log-uniform tangents the variance that stands for rare events exceeds what they carry.
+    if (facts.event_chances[mean].empty() || !facts.controls[mean].empty()) return 0;
     const double chance = facts.event_chances[mean][place];
     const bool seen = chance * static_cast<double>(samples) >= kRareEventsSeen;
     return seen ? 0 : facts.event_weights[mean][place] * chance;

