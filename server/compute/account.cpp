@@ -84,9 +84,8 @@ void Account::count_work(const Specialisation& what, std::uint64_t samples) {
     Work& work = outcome_.report.work;
     const int terms = what.material.terms;
     work.brdf_evaluations += samples;
-    const int per_channel[] = {1 << kSchlick,     1 << kColour,      2 << kColour,
-                               4 << kColour,      1 << kTransmitted, 2 << kTransmitted,
-                               4 << kTransmitted};
+    const int per_channel[] = {1 << kSchlick,     1 << kColour,      2 << kColour,     4 << kColour,
+                               1 << kTransmitted, 2 << kTransmitted, 4 << kTransmitted};
     for (const int term : per_channel)
         if (terms & term) work.fresnel_evaluations += samples;
     if (terms & 1 << kDeficit) work.multiscatter_evaluations += samples;
@@ -157,8 +156,8 @@ void Account::fill_status() {
     }
     if (out_of_time || unconverged.count != 0) {
         report.status = "budget_exhausted";
-        std::string text = out_of_time ? "time_budget_s ended the sampling"
-                                       : "sample_count ended the sampling";
+        std::string text =
+            out_of_time ? "time_budget_s ended the sampling" : "sample_count ended the sampling";
         if (unconverged.count != 0)
             text += " before " + unconverged.words() +
                     " reached target_error; the largest bound of an error there is " +
@@ -173,8 +172,9 @@ void Account::fill_status() {
     }
     if (trace_is_flat && unconverged.count != 0) {
         report.status = "rare_event_suspected";
-        warn("rare events: the error hardly fell over the last three doublings of the samples; "
-             "importance vndf or integrator quadrature help");
+        warn(
+            "rare events: the error hardly fell over the last three doublings of the samples; "
+            "importance vndf or integrator quadrature help");
     }
     if (at_quantum)
         report.left_out.push_back(
@@ -188,8 +188,8 @@ Outcome Account::finish() {
     for (const Exact& exact : plan_.exact)
         texels_.fill(outcome_.table.planes[exact.channel], exact.value);
     report.warnings = layout_warnings(job_);
-    report.samples_per_texel = plan_.passes.empty() ? job_.sample_count
-                                                    : static_cast<std::int64_t>(samples_a_texel_);
+    report.samples_per_texel =
+        plan_.passes.empty() ? job_.sample_count : static_cast<std::int64_t>(samples_a_texel_);
     report.replicates = replicates;
     report.run_time_s.integrate = integrate_s;
     const bool known = plan_.passes.empty() || replicates > 1;

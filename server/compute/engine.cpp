@@ -94,7 +94,8 @@ struct Engine::State {
         std::string numerics = kStrictNumerics;
         for (const Pass& pass : plan.passes)
             for (const Specialisation& kernel : kernels_of(pass))
-                if (backend.numerics(kernel) != kStrictNumerics) numerics = backend.numerics(kernel);
+                if (backend.numerics(kernel) != kStrictNumerics)
+                    numerics = backend.numerics(kernel);
         outcome.report.device = {"opencl", backend.name(), numerics, {}};
         return outcome;
     }

@@ -11,8 +11,8 @@ namespace {
 constexpr std::size_t kMirroredTerms[] = {kSchlick, kColour, kColour + 1, kColour + 2};
 constexpr std::size_t kPlacesATask = 512;
 
-/// Chance of half vectors so far from the normal that a Fresnel term is another one. For NoV ≪ 1 it is
-/// ∫ (5 t)² p dt over tangents t up to 1, of density p = 2 α² / (π NoV t²).
+/// Chance of half vectors so far from the normal that a Fresnel term is another one. For NoV ≪ 1 it
+/// is ∫ (5 t)² p dt over tangents t up to 1, of density p = 2 α² / (π NoV t²).
 double tilted_chance(const KernelMaterial& what, double NoV, double alpha) {
     return std::min(expected_deficit(what, NoV, alpha), 5 * alpha * alpha / std::max(NoV, alpha));
 }

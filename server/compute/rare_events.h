@@ -23,9 +23,9 @@ inline double expected_deficit(const KernelMaterial& what, double NoV, double al
 inline constexpr double kRareEventsSeen = 30;
 
 /// Replicates that saw none of an integral's rare events agree with each other, and their spread
-/// knows nothing of what all of them missed. Where fewer than three are expected among `samples` (95
-/// % of such sets see at least one), their number's own variance belongs to that of the mean: each
-/// weighs 1.
+/// knows nothing of what all of them missed. Where fewer than three are expected among `samples`
+/// (95 % of such sets see at least one), their number's own variance belongs to that of the mean:
+/// each weighs 1.
 inline double rare_event_variance(double deficit, double samples) {
     constexpr double kEventsExpected = 3;
     return deficit * samples < kEventsExpected ? deficit / samples : 0;

@@ -31,18 +31,20 @@ KILN_WIDE void add_scaled(const double* __restrict sums, double coefficient,
 }
 
 /// The control: E by visible normals, and D.
-KILN_WIDE void subtract_controlled(const float* __restrict weights, const float* __restrict deficits,
+KILN_WIDE void subtract_controlled(const float* __restrict weights,
+                                   const float* __restrict deficits,
                                    const double* __restrict control, double* __restrict partial,
                                    std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
-        partial[i] -= control[i] * (static_cast<double>(weights[i]) + static_cast<double>(deficits[i]));
+        partial[i] -=
+            control[i] * (static_cast<double>(weights[i]) + static_cast<double>(deficits[i]));
 }
 
-KILN_WIDE void subtract_controlled(const double* __restrict weights, const double* __restrict deficits,
+KILN_WIDE void subtract_controlled(const double* __restrict weights,
+                                   const double* __restrict deficits,
                                    const double* __restrict control, double* __restrict partial,
                                    std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-        partial[i] -= control[i] * (weights[i] + deficits[i]);
+    for (std::size_t i = 0; i < count; ++i) partial[i] -= control[i] * (weights[i] + deficits[i]);
 }
 
 /// Adds batch `row` of a mean's terms, at places from `begin` on.
@@ -149,8 +151,8 @@ void Replicates::add(ThreadPool& pool, const PointSet& set, std::size_t first, s
             weight_ += size;
             ++completed_;
         }
-        steps.push_back({b - first, last, 1.0 / size, static_cast<double>(size),
-                         static_cast<double>(weight_)});
+        steps.push_back(
+            {b - first, last, 1.0 / size, static_cast<double>(size), static_cast<double>(weight_)});
     }
     pool.parallel_for(task_count(place_count()), [&](std::size_t task) {
         const std::size_t begin = task * kPlacesATask;
@@ -234,8 +236,7 @@ GrowingReplicates::GrowingReplicates(std::vector<Mean> means, PlaceFacts facts)
 }
 
 Estimate GrowingReplicates::estimate(std::size_t mean, std::size_t slot) const {
-    return {mean_[mean][slot], variance_[mean][slot],
-            missable(facts_, mean, slot, samples_[slot])};
+    return {mean_[mean][slot], variance_[mean][slot], missable(facts_, mean, slot, samples_[slot])};
 }
 
 void GrowingReplicates::begin(std::span<const std::uint32_t> slots, bool fresh) {
@@ -245,8 +246,8 @@ void GrowingReplicates::begin(std::span<const std::uint32_t> slots, bool fresh) 
         for (std::size_t i = 0; i < slots_.size(); ++i) to[i] = from[slots_[i]];
     };
     here_.place_count = slots_.size();
-    for (const auto planes : {&PlaceFacts::controls, &PlaceFacts::event_chances,
-                              &PlaceFacts::event_weights})
+    for (const auto planes :
+         {&PlaceFacts::controls, &PlaceFacts::event_chances, &PlaceFacts::event_weights})
         for (std::size_t m = 0; m < means_.size(); ++m)
             if (!(facts_.*planes)[m].empty()) gather((facts_.*planes)[m], (here_.*planes)[m]);
     for (std::size_t k = 0; k < totals_.size(); ++k) {
@@ -305,8 +306,7 @@ void GrowingReplicates::commit_slots(const PointSet& set, std::size_t begin, std
                       1 / (weight * static_cast<double>(replicates - 1)), weight, variance.data(),
                       count);
         for (std::size_t i = 0; i < count; ++i) {
-            mean_[m][slots_[begin + i]] =
-                beside(means_[m], here_.controls[m], begin + i) + mean[i];
+            mean_[m][slots_[begin + i]] = beside(means_[m], here_.controls[m], begin + i) + mean[i];
             variance_[m][slots_[begin + i]] = variance[i];
         }
     }

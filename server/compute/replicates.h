@@ -22,8 +22,8 @@ struct ErrorSummary {
     double rms() const;
 };
 
-/// Running mean and spread of the replicate means at a block of places. Batches come in the order of
-/// the points, in any split; the result depends on neither split nor thread count.
+/// Running mean and spread of the replicate means at a block of places. Batches come in the order
+/// of the points, in any split; the result depends on neither split nor thread count.
 class Replicates {
   public:
     explicit Replicates(std::vector<Mean> means);

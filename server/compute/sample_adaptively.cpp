@@ -45,10 +45,10 @@ class Group {
              ++level) {
             take_points(level == 0 ? 0 : levels[level - 1], levels[level]);
             const auto tell = [&](double part) {
-                const double converged = 1 - static_cast<double>(active.size()) /
-                                                 static_cast<double>(places_.size());
-                const double sampled = (static_cast<double>(level) + part) /
-                                       static_cast<double>(levels.size());
+                const double converged =
+                    1 - static_cast<double>(active.size()) / static_cast<double>(places_.size());
+                const double sampled =
+                    (static_cast<double>(level) + part) / static_cast<double>(levels.size());
                 report(std::max(converged, sampled), error_max_);
             };
             run_level(level, active, tell);
@@ -121,9 +121,8 @@ class Group {
     }
 
     Estimate estimate(std::size_t share, std::size_t slot) const {
-        return means_.estimate(pass_.shares[share], share, places_[slot], [&](std::size_t m) {
-            return replicates_.estimate(m, slot);
-        });
+        return means_.estimate(pass_.shares[share], share, places_[slot],
+                               [&](std::size_t m) { return replicates_.estimate(m, slot); });
     }
 
     /// Shares of the channel of a share.
@@ -230,7 +229,8 @@ class Adaptive {
   private:
     template <typename Scalar>
     void run_group(const Pass& pass, const Region& region, std::span<const std::uint32_t> places) {
-        const double whole = static_cast<double>(planned_), mine = static_cast<double>(places.size());
+        const double whole = static_cast<double>(planned_),
+                     mine = static_cast<double>(places.size());
         const double behind = static_cast<double>(done_);
         // What earlier groups left of their time is there for the later ones.
         const Deadline deadline(start_, s_.job.time_budget_s, (behind + mine) / whole);

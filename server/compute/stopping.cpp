@@ -10,8 +10,7 @@ namespace kiln {
 
 std::vector<std::int64_t> level_samples(const JobSpec& job) {
     constexpr std::int64_t kFirstPoints = kFirstBatchPoints, kFirstPointsInTime = 4;
-    std::int64_t samples =
-        kReplicatesMax * (job.time_budget_s ? kFirstPointsInTime : kFirstPoints);
+    std::int64_t samples = kReplicatesMax * (job.time_budget_s ? kFirstPointsInTime : kFirstPoints);
     std::vector<std::int64_t> levels;
     for (; samples < job.sample_count; samples *= 2) levels.push_back(samples);
     levels.push_back(job.sample_count);

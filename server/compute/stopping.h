@@ -12,8 +12,8 @@
 
 namespace kiln {
 
-/// Samples a texel, in all replicates, at which a job's errors are looked at: doublings from 1024 on
-/// (under a budget of time from 64 on, so that each place has its first value soon), and
+/// Samples a texel, in all replicates, at which a job's errors are looked at: doublings from 1024
+/// on (under a budget of time from 64 on, so that each place has its first value soon), and
 /// sample_count.
 std::vector<std::int64_t> level_samples(const JobSpec& job);
 

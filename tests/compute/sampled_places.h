@@ -68,12 +68,13 @@ inline std::vector<Values> truth_of(const JobSpec& job) {
 /// One engine for many small jobs.
 class Baker {
   public:
-    Baker() : engine_([] {
-        EngineOptions options;
-        options.device = DeviceChoice::native;
-        options.standard_error_planes = true;
-        return options;
-    }()) {}
+    Baker()
+        : engine_([] {
+              EngineOptions options;
+              options.device = DeviceChoice::native;
+              options.standard_error_planes = true;
+              return options;
+          }()) {}
     Outcome operator()(const JobSpec& job) { return engine_.run(job, Control{}); }
 
   private:

@@ -33,9 +33,10 @@ class Coverage : public testing::TestWithParam<Case> {};
 
 // Of a nominal 95 % of 200 trials, binomial noise alone makes 89.5 to 99 % (99.9 % of cases): the
 // pooled share is held to 92…99 %, each case to 88 %. One case in a hundred may be at 84: means of
-// scrambled nets are not normally distributed where the integrand is smooth but for one edge. Where the interval is as wide as the rounding
-// that belongs to it, no trial may miss, and such cases would push the pool above 99 %: they are
-// left out of it. All trials of a case are independent, cases of one trial share their points.
+// scrambled nets are not normally distributed where the integrand is smooth but for one edge. Where
+// the interval is as wide as the rounding that belongs to it, no trial may miss, and such cases
+// would push the pool above 99 %: they are left out of it. All trials of a case are independent,
+// cases of one trial share their points.
 TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     const Case& c = GetParam();
     JobSpec job = grid_job(c.NoV, c.alpha, c.sample_count);
@@ -105,8 +106,8 @@ DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) 
     constexpr int kSeeds = 32;
     JobSpec job = grid_job({NoV, NoV + 1e-9, 1}, {alpha, alpha + 1e-9, 1}, sample_count);
     job.quantities = {Quantity::multiscatter_albedo};
-    const double truth = quadrature_deficit(static_cast<float>(NoV), static_cast<float>(alpha),
-                                            job.masking);
+    const double truth =
+        quadrature_deficit(static_cast<float>(NoV), static_cast<float>(alpha), job.masking);
     DeficitError found;
     Baker bake;
     for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -129,8 +130,11 @@ DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) 
 TEST(StiffDeficit, HasTheRelativeErrorOfLogUniformTangents) {
     const struct {
         double NoV, alpha, relative_max;
-    } places[] = {{.5, .01, .0067}, {.5, .001, .0067}, {1 - 1e-9, .001, .00125},
-                  {.3, 1e-4, .0101}, {.1, .25, 2e-4}};
+    } places[] = {{.5, .01, .0067},
+                  {.5, .001, .0067},
+                  {1 - 1e-9, .001, .00125},
+                  {.3, 1e-4, .0101},
+                  {.1, .25, 2e-4}};
     for (const auto& place : places) {
         const DeficitError found = deficit_error(place.NoV, place.alpha, 65536);
         std::printf("NoV %g alpha %g: relative %.2e, largest z %.1f\n", place.NoV, place.alpha,
@@ -140,9 +144,9 @@ TEST(StiffDeficit, HasTheRelativeErrorOfLogUniformTangents) {
     }
 }
 
-// Figure N11, and far beyond: at α = 1e-6 the deficit of 1e-12 is right. At NoV = 1 nothing depends on
-// the azimuth, and the horizon is one edge in one stratum of v: replicates may all have their point
-// there on one side of it, and miss up to a point's worth, 1 in 1024 times the density there.
+// Figure N11, and far beyond: at α = 1e-6 the deficit of 1e-12 is right. At NoV = 1 nothing depends
+// on the azimuth, and the horizon is one edge in one stratum of v: replicates may all have their
+// point there on one side of it, and miss up to a point's worth, 1 in 1024 times the density there.
 TEST(StiffDeficit, N11StandardErrorsHoldWhereAlphaIsSmall) {
     for (const double alpha : {1e-3, 1e-4, 1e-6})
         for (const double NoV : {.3, .5, 1 - 1e-9})

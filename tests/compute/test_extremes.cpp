@@ -3,6 +3,7 @@
 // range. KILN_EXTREME_INPUTS=100000000 is the long form, half an hour of two cores.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -80,7 +81,8 @@ FresnelModel any_fresnel(Draw& draw) {
     model.ior = one_or_three(draw, index);
     model.eta = one_or_three(draw, index);
     model.k = one_or_three(draw, [](Draw& d) { return d.below(4) == 0 ? 0 : d.log(1e-6, 1e6); });
-    model.reflectivity = one_or_three(draw, unit);
+    model.reflectivity =
+        one_or_three(draw, [](Draw& d) { return std::min(d.zero_to_one(), 0.99999); });
     model.edge_tint = one_or_three(draw, unit);
     model.f82 = one_or_three(draw, unit);
     return model;
@@ -156,8 +158,8 @@ void check_launch(Backend& backend, Draw& draw) {
     std::vector<Scalar> sums(set.batches.size() * planes * kPlaces);
     const Precision precision =
         sizeof(Scalar) == sizeof(float) ? Precision::float32 : Precision::float64;
-    backend.run(Launch<Scalar>{
-        {what, precision}, kPlaces, texels, points, parameters, set.batches, sums});
+    backend.run(
+        Launch<Scalar>{{what, precision}, kPlaces, texels, points, parameters, set.batches, sums});
     std::size_t row = 0;
     for (const BatchRange& batch : set.batches)
         for (std::size_t term = 0; term < kTermCount; ++term) {
@@ -170,8 +172,8 @@ void check_launch(Backend& backend, Draw& draw) {
                 // A mean by log-uniform tangents of two points may be any weight that is not
                 // negative.
                 if (what.importance == kLogTangents && mean > 0 && std::isfinite(mean)) continue;
-                ADD_FAILURE() << mean << " of term " << term << " at NoV " << texels[i]
-                              << " alpha " << texels[kPlaces + i] << ", masking " << what.masking
+                ADD_FAILURE() << mean << " of term " << term << " at NoV " << texels[i] << " alpha "
+                              << texels[kPlaces + i] << ", masking " << what.masking
                               << ", importance " << what.importance << ", averaged "
                               << what.averaged << ", general " << what.general << ", Fresnel "
                               << what.fresnel << ", diffuse " << what.diffuse;

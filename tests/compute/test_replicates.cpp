@@ -76,8 +76,8 @@ TEST(Replicates, MeanAndStandardErrorAreTheTextbookOnes) {
         }
         // 16 additions of rounding 1.1e-16 each, on values near 0.5.
         EXPECT_NEAR(replicates.estimate(0, place).value, mean, 2e-15);
-        EXPECT_NEAR(replicates.estimate(0, place).standard_error(), std::sqrt(spread / (points * 15)),
-                    1e-13);
+        EXPECT_NEAR(replicates.estimate(0, place).standard_error(),
+                    std::sqrt(spread / (points * 15)), 1e-13);
     }
 }
 

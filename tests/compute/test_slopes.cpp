@@ -76,8 +76,8 @@ double slope_max(const JobSpec& job, const Errors& errors, const std::vector<boo
     return most;
 }
 
-// A root mean square of 32 draws has a deviation of 1/8 = .18 of a log2, a slope over six of them one
-// of .18 / √17.5 = .043, the largest of some hundred slopes lies 2.5 of these above.
+// A root mean square of 32 draws has a deviation of 1/8 = .18 of a log2, a slope over six of them
+// one of .18 / √17.5 = .043, the largest of some hundred slopes lies 2.5 of these above.
 constexpr double kFitNoise = .11;
 
 class DefaultSampler : public testing::TestWithParam<Masking> {};
@@ -130,10 +130,10 @@ TEST(Slopes, N9TotalReflection) {
     const Places places = Places::directional(job);
     Values truth;
     for (std::size_t i = 0; i < places.count(); ++i)
-        truth.push_back(reference::microfacet_albedo(
-            {reference::Distribution::ggx, reference::Visibility::smith_correlated,
-             places.alpha(i)},
-            places.NoV(i), reference::fresnel_dielectric(1 / 1.5)));
+        truth.push_back(
+            reference::microfacet_albedo({reference::Distribution::ggx,
+                                          reference::Visibility::smith_correlated, places.alpha(i)},
+                                         places.NoV(i), reference::fresnel_dielectric(1 / 1.5)));
     const std::vector<bool> all(places.count(), true);
     EXPECT_LE(slope_max(job, errors_of(job, {truth}, 6), all), -.8 + kFitNoise);
 }
@@ -161,9 +161,9 @@ void hold(JobSpec job, const Effort& effort, const char* name) {
     std::printf("%s: largest error %.2e\n", name, most);
 }
 
-// Figures N1 and N2: the grid, and places off it. 2^18 samples in each of 8 replicates reach 2e-6 (in
-// float 5e-6); 2^16 in each of 16, which is the most that a job may ask for, are half as many: 2^.9
-// as far. 1024 samples in each of 16 replicates: 4e-4.
+// Figures N1 and N2: the grid, and places off it. 2^18 samples in each of 8 replicates reach 2e-6
+// (in float 5e-6); 2^16 in each of 16, which is the most that a job may ask for, are half as many:
+// 2^.9 as far. 1024 samples in each of 16 replicates: 4e-4.
 constexpr Effort kMost{Precision::float64, 1 << 20, 4e-6},
     kMostFloat{Precision::float32, 1 << 20, 5e-6}, kFew{Precision::float32, 16384, 4e-4};
 

@@ -65,9 +65,9 @@ TEST(Trust, ADefaultJobIsDone) {
     const Report table = report_of(kSplitSum);
     EXPECT_EQ(table.status, "done");
     EXPECT_TRUE(table.warnings.empty());
-    const Report all = report_of(
-        R"("quantities":["directional_albedo","multiscatter_albedo","average_albedo",)"
-        R"("specular_albedo"],"fresnel":{"model":"dielectric"},"resolution":[32,32])");
+    const Report all =
+        report_of(R"("quantities":["directional_albedo","multiscatter_albedo","average_albedo",)"
+                  R"("specular_albedo"],"fresnel":{"model":"dielectric"},"resolution":[32,32])");
     EXPECT_EQ(all.status, "done");
     EXPECT_TRUE(all.warnings.empty());
 }
@@ -133,26 +133,34 @@ TEST(Trust, RareEventsWidenTheErrorUntilThreeAreExpected) {
         EXPECT_GT(kStudentT * std::sqrt(rare_event_variance(events / 1000, 1000)), events / 1000);
 }
 
-// Half vectors drawn from D lose the energy below the horizon in samples of unbounded weight: the
-// error hardly falls.
+// Half vectors drawn from D meet grazing light in rare samples of great weight: some seeds in
+// twenty see the error fall by less than 2^-1.2 over three doublings; by visible normals none does.
 TEST(Trust, AFlatTraceIsSuspected) {
-    const std::string job =
-        R"("quantities":["directional_albedo"],"resolution":[8,8],"target_error":1e-6,)"
-        R"("layout":{"x":{"parameter":"NoV","range":[0.0005,0.002]},)"
-        R"("y":{"parameter":"alpha","range":[0.009,0.011]}},"sample_count":32768,)"
-        R"("output":{"pixel":"float"},"importance":)";
-    const Report flat = report_of(job + R"("ndf")");
-    EXPECT_EQ(flat.status, "rare_event_suspected");
-    EXPECT_TRUE(std::any_of(flat.warnings.begin(), flat.warnings.end(), [](const auto& text) {
-        return text.find("hardly fell") != std::string::npos;
-    }));
-    EXPECT_NE(report_of(job + R"("vndf")").status, "rare_event_suspected");
+    const auto flat_seeds = [](const std::string& importance) {
+        int flat = 0;
+        for (int seed = 0; seed < 20; ++seed) {
+            const Report report = report_of(
+                R"("quantities":["directional_albedo"],"resolution":[4,4],"target_error":1e-6,)"
+                R"("layout":{"x":{"parameter":"NoV","range":[0.0005,0.002]},)"
+                R"("y":{"parameter":"alpha","range":[0.009,0.011]}},"sample_count":8192,)"
+                R"("output":{"pixel":"float"},"importance":")" +
+                importance + R"(","seed":)" + std::to_string(seed));
+            const bool said = std::any_of(
+                report.warnings.begin(), report.warnings.end(),
+                [](const auto& text) { return text.find("hardly fell") != std::string::npos; });
+            EXPECT_TRUE(!said || report.status == "rare_event_suspected");
+            flat += said;
+        }
+        return flat;
+    };
+    EXPECT_GT(flat_seeds("ndf"), 0);
+    EXPECT_EQ(flat_seeds("vndf"), 0);
     JobSpec sobol, random;
     random.sampler = Sampler::random;
     const StoppingRules net(sobol), plain(random);
-    EXPECT_TRUE(net.is_flat(1e-3, 6e-4));    // -.25
-    EXPECT_FALSE(net.is_flat(1e-3, 3e-4));   // -.58
-    EXPECT_FALSE(plain.is_flat(1e-3, 6e-4)); // noise about -.5
+    EXPECT_TRUE(net.is_flat(1e-3, 6e-4));     // -.25
+    EXPECT_FALSE(net.is_flat(1e-3, 3e-4));    // -.58
+    EXPECT_FALSE(plain.is_flat(1e-3, 6e-4));  // noise about -.5
     EXPECT_TRUE(plain.is_flat(1e-3, 9e-4));
     EXPECT_FALSE(net.is_flat(0, 0));
 }
@@ -167,8 +175,7 @@ TEST(Trust, OnePassingLevelIsNotEnough) {
     const auto stops = [&](std::vector<Verdict> verdicts, double alpha) {
         Progressed place;
         std::uint64_t samples = 512;
-        for (const Verdict& verdict : verdicts)
-            place.add(verdict, rules, alpha, samples *= 2);
+        for (const Verdict& verdict : verdicts) place.add(verdict, rules, alpha, samples *= 2);
         return place.stopped;
     };
     EXPECT_FALSE(stops({good}, 1));

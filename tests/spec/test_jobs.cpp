@@ -100,8 +100,8 @@ TEST(Jobs, WhatStopsByItselfTakesAsManySamplesAsMayBe) {
     EXPECT_EQ(samples(R"("target_error":1e-3,"resolution":[4096,4096])"), 1024);
     EXPECT_EQ(samples(R"("target_error":1e-3,"sample_count":4096)"), 4096);
     EXPECT_EQ(samples(R"("target_error":null)"), 1024);
-    const JobSpec job = parse_job(
-        R"({"quantities":["split_sum_bias"],"target_error":0.25,"time_budget_s":2})");
+    const JobSpec job =
+        parse_job(R"({"quantities":["split_sum_bias"],"target_error":0.25,"time_budget_s":2})");
     EXPECT_EQ(job.target_error, 0.25);
     EXPECT_EQ(job.time_budget_s, 2.0);
     EXPECT_FALSE(parse_job(kContractExample).target_error.has_value());
