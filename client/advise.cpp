@@ -68,8 +68,7 @@ void print_table(const std::vector<Candidate>& candidates, double max_error) {
 }  // namespace
 
 Exit advise(const AdviseOptions& options) {
-    constexpr std::size_t kInputBytesMax = 16u << 20;
-    const JobSpec job = parse_job(read_input(options.job, kInputBytesMax));
+    const JobSpec job = parse_job(read_input(options.job, kJobInputBytesMax));
     refuse_what_quadrature_lacks(job);
     ThreadPool pool(0);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());

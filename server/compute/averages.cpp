@@ -37,6 +37,8 @@ Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
     line.resolution = {job.resolution[rough]};
     line.axes = {job.axes[rough]};
     line.precision = Precision::float64;
+    line.target_error.reset();
+    line.time_budget_s.reset();
     line.sample_count = std::max(job.sample_count, kAverageSamplesMin);
     Control alive;  // says that it works, not how much of the job is done
     alive.progress = [&](const Progress&) { control.progress({}); };

@@ -11,6 +11,7 @@
 #include "server/compute/opencl_programs.h"
 #include "server/compute/plan.h"
 #include "server/compute/quadrature_job.h"
+#include "server/compute/region.h"
 
 namespace kiln {
 
@@ -95,7 +96,8 @@ struct Engine::State {
     Outcome run_on(Backend& backend, const Request& request) {
         const auto& [job, plan, control, standard_error_planes] = request;
         if (job.integrator == Integrator::quadrature)
-            return integrate_by_quadrature(job, plan, backend, kQuadratureTolerance, control);
+            return integrate_by_quadrature(
+                job, plan, backend, job.target_error.value_or(kQuadratureTolerance), control);
         return integrate(job, plan, backend, pool, control, standard_error_planes);
     }
 
@@ -117,7 +119,8 @@ struct Engine::State {
     static std::vector<KernelKind> kernels_of(const JobSpec& job, const Plan& plan) {
         if (job.integrator == Integrator::quadrature) return quadrature_kernels(job, plan);
         std::vector<KernelKind> kernels;
-        for (const Pass& pass : plan.passes) kernels.push_back(pass.what);
+        for (const Pass& pass : plan.passes)
+            for (const Specialisation& kernel : kiln::kernels_of(pass)) kernels.push_back(kernel);
         return kernels;
     }
 
@@ -137,8 +140,10 @@ void Engine::warm_up() {
     common.quantities = {Quantity::split_sum_scale, Quantity::split_sum_bias};
     common.resolution = {1, 1};
     common.axes = {Axis{}, Axis{.parameter = Parameter::roughness}};
-    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes)
+    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes) {
         state_->opencl().request(pass.what);
+        state_->opencl().request(log_tangent_kernel(pass.what));
+    }
 }
 
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
@@ -159,7 +164,8 @@ Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_er
     }
     if (outcome.table.planes.empty()) outcome = state_->run_on_native(request, choice.fallback);
     hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
-    outcome.report.left_out = plan.left_out;
+    auto& left_out = outcome.report.left_out;
+    left_out.insert(left_out.begin(), plan.left_out.begin(), plan.left_out.end());
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;
 }

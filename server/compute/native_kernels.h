@@ -94,6 +94,13 @@ static void material_sums(const NativeGroup<scalar>& group) {
 
 static NativeFunction<scalar> find(const KernelMaterial& what) {
     if (what.general) return material_sums;
+    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS) {
+        constexpr int log_tangents = KILN_IMPORTANCE_LOG_TANGENTS, deficit = KILN_TERM_DEFICIT;
+        constexpr const NativeFunction<scalar> functions[2][2] = {
+            {group_sums<0, log_tangents, deficit, 0>, group_sums<0, log_tangents, deficit, 1>},
+            {group_sums<1, log_tangents, deficit, 0>, group_sums<1, log_tangents, deficit, 1>}};
+        return functions[what.masking][what.averaged];
+    }
     constexpr const NativeFunction<scalar>(*rows[2][2])[8] = {
         {Row<0, 0>::functions, Row<0, 1>::functions}, {Row<1, 0>::functions, Row<1, 1>::functions}};
     return rows[what.masking][what.importance][what.averaged][what.terms];

@@ -259,6 +259,17 @@ class Planner {
                                job_.masking <= Masking::smith_separable &&
                                job_.importance <= Importance::ndf;
         const bool other_power = (material.terms & 1 << kSchlick) && exponent != kSchlickExponent;
+        FresnelModel bias;  // F0 = 0, F90 = 1: what the Schlick term is a mean of
+        bias.f0 = {0};
+        bias.f90 = {1};
+        bias.exponent = exponent;
+        pass.mirror = [fresnel, bias](std::size_t term, double NoV) {
+            if (term == kWeight) return 1.0;
+            if (term == kSchlick) return kiln::fresnel(bias, 0, NoV);
+            if (term >= kColour && term < kColour + 3)
+                return kiln::fresnel(fresnel, static_cast<int>(term - kColour), NoV);
+            return 0.0;
+        };
         material.general = !fast_lobe || (material.terms & ~kFastTerms) || other_power ? 1 : 0;
     }
 

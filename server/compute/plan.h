@@ -36,6 +36,8 @@ struct Pass {
     std::array<double, kParameterCount> parameters{};
     std::vector<std::size_t> slices{0};  ///< of the table that hold what is found
     std::vector<Share> shares;
+    /// Mean of a specular term at the mirror, α = 0, of a NoV.
+    std::function<double(std::size_t term, double NoV)> mirror;
 };
 
 /// A channel that needs no integration: value(slice), the same at every place.

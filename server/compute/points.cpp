@@ -27,6 +27,8 @@ static_assert(static_cast<int>(Masking::unreal_joint) == KILN_UNREAL_JOINT &&
               static_cast<int>(DiffuseModel::chan2024) - static_cast<int>(DiffuseModel::lambert) ==
                   KILN_DIFFUSE_CHAN_2024);
 
+static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS);
+
 constexpr double kTwo32 = 4294967296.0;
 constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
 using Point =
@@ -163,9 +165,25 @@ class Generator {
     Point shift_{};
 };
 
-/// The kernel's three scalars of the sample, and NoV = √u of an average.
+/// v = V u − ln(1 − u⁸), so that e^V covers what tan θ = α sinh v has to span and the last eighth
+/// reaches on to infinity, where the integrand falls like 1 / tan θ: no tail is cut off. The third
+/// scalar is the density of all normals over this one, over NoH: 2 sinh v / cosh² v dv / du.
+void append_log_tangent(std::vector<double>& values, double cosine, double u, double weight) {
+    constexpr double kSpan = 16.8;  // tan θ of 10 at α = 1e-6
+    const double u2 = u * u, u4 = u2 * u2;
+    const double left = (1 - u) * (1 + u) * (1 + u2) * (1 + u4);
+    const double e = one_lane::lane_exp(kSpan * u) / left, divisor = 1 / (e * e + 1);
+    const double tanh = (e - 1) * (e + 1) * divisor, inverse_cosh = 2 * e * divisor;
+    const double slope = kSpan + 8 * u4 * u2 * u / left;
+    values.insert(values.end(),
+                  {tanh * cosine, inverse_cosh, 2 * tanh * inverse_cosh * slope * weight});
+}
+
+/// The kernel's three scalars of the sample, and the NoV of an average: √u, which is ∫ 2 NoV dNoV
+/// uniformly.
 void append(std::vector<double>& values, PointKind kind, const Point& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
+    double NoV = std::sqrt(point[2]);
     switch (kind) {
         case PointKind::visible_normals:
             values.insert(values.end(), {cosine, rest, u});
@@ -187,8 +205,27 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
         case PointKind::uniform:
             values.insert(values.end(), {cosine, rest, std::sqrt(u * (1 + rest))});
             break;
+        case PointKind::log_tangents:
+            append_log_tangent(values, cosine, u, 1);
+            break;
+        case PointKind::log_tangents_averaged: {
+            // The deficit goes like NoV⁻² down to NoV ~ α: NoV = (e^(K u) − 1) / (e^K − 1).
+            constexpr double kSpan = 18;
+            const double whole = one_lane::lane_exp(kSpan) - 1;
+            NoV = (one_lane::lane_exp(kSpan * point[2]) - 1) / whole;
+            append_log_tangent(values, cosine, u, 2 * NoV * kSpan * (NoV + 1 / whole));
+            break;
+        }
     }
-    values.push_back(std::sqrt(point[2]));
+    values.push_back(NoV);
+}
+
+/// Where the run of points that starts at `at` ends, if the replicate goes on that far.
+std::uint32_t batch_end(std::uint32_t at) {
+    if (at >= kBatchPointsMax) return at + kBatchPointsMax;
+    std::uint32_t end = kFirstBatchPoints;
+    while (end <= at) end *= 2;
+    return end;
 }
 
 }  // namespace
@@ -212,6 +249,8 @@ double cos_turn(double u) {
 }
 
 PointKind point_kind(const KernelMaterial& material) {
+    if (material.importance == kLogTangents)
+        return material.averaged ? PointKind::log_tangents_averaged : PointKind::log_tangents;
     switch (static_cast<Importance>(material.importance)) {
         case Importance::vndf:
             return PointKind::visible_normals;
@@ -229,24 +268,32 @@ PointKind point_kind(const KernelMaterial& material) {
 
 PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count) {
-    const auto total = static_cast<std::uint64_t>(sample_count);
+    return make_more_points(sampler, kind, seed, 0, sample_count);
+}
+
+PointSet make_more_points(Sampler sampler, PointKind kind, std::uint64_t seed, std::int64_t before,
+                          std::int64_t after) {
+    const auto total = static_cast<std::uint64_t>(after);
+    const std::uint64_t had = is_nested(sampler) ? static_cast<std::uint64_t>(before) : 0;
     const auto replicates = std::min<std::uint64_t>(total, kReplicatesMax);
     PointSet set;
-    set.values.reserve(total * kPointScalars);
-    std::uint64_t first = 0;
+    set.values.reserve((total - had) * kPointScalars);
     for (std::uint32_t r = 0; r < replicates; ++r) {
-        const std::uint64_t end = total * (r + 1) / replicates;
-        const auto size = static_cast<std::uint32_t>(end - first);
+        const auto part = [&](std::uint64_t whole) {
+            return static_cast<std::uint32_t>(whole * (r + 1) / replicates -
+                                              whole * r / replicates);
+        };
+        const std::uint32_t size = part(total), start = part(had);
         const Generator generate(sampler, seed, r, size,
                                  kind == PointKind::cosine_diffuse ? kDimensions : 0);
-        for (std::uint32_t i = 0; i < size; ++i) append(set.values, kind, generate(i));
-        for (std::uint32_t at = 0; at < size; at += kBatchPointsMax) {
+        for (std::uint32_t at = start; at < size;) {
+            const std::uint32_t end = std::min(batch_end(at), size);
             set.batches.push_back(
-                {static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});
+                {static_cast<std::uint32_t>(set.values.size() / kPointScalars), end - at});
             set.replicate_of_batch.push_back(r);
+            for (; at < end; ++at) append(set.values, kind, generate(at));
         }
         set.replicate_sizes.push_back(size);
-        first = end;
     }
     return set;
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "server/compute/native_group.h"
@@ -20,6 +21,10 @@ inline constexpr std::int64_t kReplicatesMax = 16;
 /// float from 1e-5 (1024 points) to 6e-5 (4096).
 inline constexpr std::uint32_t kBatchPointsMax = 1024;
 
+/// A replicate's first run; the next ones end at powers of two until they are as long as a batch
+/// may be. Sums over the first 2^k points are then the same bits in a longer replicate.
+inline constexpr std::uint32_t kFirstBatchPoints = 64;
+
 /// What a point's first three scalars are: the sampler that takes them (kernels/ggx.h,
 /// kernels/microfacet.h, kernels/diffuse.h).
 enum class PointKind {
@@ -29,7 +34,12 @@ enum class PointKind {
     cosine,
     uniform,
     cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
+    log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
+    log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
 };
+/// The importance by which the kernels know the last two; no job spells it.
+inline constexpr int kLogTangents = 4;
+
 /// The kind that a specular lobe takes.
 PointKind point_kind(const KernelMaterial& material);
 
@@ -40,6 +50,10 @@ struct PointSet {
     std::vector<std::uint32_t> replicate_of_batch;
     std::vector<std::uint32_t>
         replicate_sizes;  ///< points in each replicate; they differ by at most one
+
+    std::uint64_t samples() const {  ///< of a texel, in all replicates
+        return std::accumulate(replicate_sizes.begin(), replicate_sizes.end(), std::uint64_t{0});
+    }
 };
 
 /// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends
@@ -47,6 +61,16 @@ struct PointSet {
 /// inside (0, 1).
 PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count);
+
+/// Whether the first points of a longer replicate are those of a shorter one.
+constexpr bool is_nested(Sampler sampler) {
+    return sampler == Sampler::sobol_owen || sampler == Sampler::random;
+}
+
+/// What make_points(…, after) has beyond make_points(…, before), of a nested sampler; all of the
+/// former, of another or where before is 0. replicate_sizes are those of `after`.
+PointSet make_more_points(Sampler sampler, PointKind kind, std::uint64_t seed, std::int64_t before,
+                          std::int64_t after);
 
 /// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error
 /// ≤ 2e-16.

@@ -9,6 +9,7 @@
 #include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
+#include "server/compute/stopping.h"
 #include "server/compute/texels.h"
 #include "server/spec/layouts.h"
 
@@ -99,6 +100,17 @@ class Quadrature {
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         report.warnings = layout_warnings(job_);
         report.status = unsettled_ == 0 ? "converged" : "budget_exhausted";
+        const bool beyond_float = job_.target_error && job_.precision == Precision::float32 &&
+                                  *job_.target_error < kQuadratureFloatRounding;
+        if (beyond_float) {
+            report.status = "roundoff_floor";
+            report.warnings.push_back("target_error is below what float32 arithmetic leaves, 1e-6");
+        }
+        if (out_of_time_) {
+            report.status = "budget_exhausted";
+            report.warnings.push_back(
+                "time_budget_s ended the quadrature: places after that stand at its lowest orders");
+        }
         if (unsettled_ != 0)
             report.warnings.push_back(std::to_string(unsettled_) +
                                       " places did not reach the tolerance at the highest order");
@@ -205,18 +217,23 @@ class Quadrature {
             NoV.push_back(pass.places.NoV(i));
             alpha.push_back(pass.places.alpha(i));
         }
+        out_of_time_ = deadline_.passed();
+        // The two lowest orders: each place has a value.
+        const QuadratureTolerance tolerance =
+            out_of_time_ ? QuadratureTolerance{1, 0} : tolerance_of(pass);
         Means means;
         means.error.assign(count, 0);
         const std::vector<Integral> integrals = integrals_of(job_, pass);
         for (std::size_t k = 0; k < integrals.size(); ++k) {
             const Integral& integral = integrals[k];
             QuadraturePlaces places{NoV, alpha, integral.parameters, {}};
-            if (!maps_.empty()) places.steps = std::span(maps_[k].step).subspan(first, count);
+            const bool mapped = !maps_.empty() && !out_of_time_;
+            if (mapped) places.steps = std::span(maps_[k].step).subspan(first, count);
             QuadratureResult found =
-                integrate_quadrature(backend_, integral.kind, places, tolerance_of(pass));
+                integrate_quadrature(backend_, integral.kind, places, tolerance);
             count_work(found.evaluations, integral.term, pass.what.material.terms);
             unsettled_ += found.unsettled;
-            const float* errors = maps_.empty() ? found.error.data() : &maps_[k].error[first];
+            const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
             for (std::size_t i = 0; i < count; ++i)
                 means.error[i] = std::max(means.error[i], errors[i]);
             if (integral.term != kWeight) means.of[integral.term] = std::move(found.B);
@@ -264,6 +281,8 @@ class Quadrature {
     std::vector<ErrorSummary> sums_;
     std::vector<OrderMap> maps_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
+    const Deadline deadline_{std::chrono::steady_clock::now(), job_.time_budget_s, 1};
+    bool out_of_time_ = false;
 };
 
 }  // namespace

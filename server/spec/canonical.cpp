@@ -52,6 +52,8 @@ std::string canonical(const JobSpec& job) {
     document["resolution"] = job.resolution;
     document["layout"] = layout_of(job);
     document["sample_count"] = job.sample_count;
+    if (job.target_error) document["target_error"] = *job.target_error;
+    if (job.time_budget_s) document["time_budget_s"] = *job.time_budget_s;
     document["integrator"] = to_word(job.integrator);
     document["sampler"] = to_word(job.sampler);
     write_models(job, document);

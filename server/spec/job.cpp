@@ -71,6 +71,10 @@ class Reader {
                                                " study; leave it out. It reads: " + read);
     }
 
+    void read_number(std::optional<double>& field, const char* pointer) {
+        if (sound(pointer) && at(pointer).is_number()) field = at(pointer).get<double>();
+    }
+
     void read_fields() {
         if (sound("/quantities") && document_.contains("quantities")) {
             for (const Json& entry : at("/quantities"))
@@ -79,6 +83,8 @@ class Reader {
         if (sound("/resolution"))
             job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
+        read_number(job_.target_error, "/target_error");
+        read_number(job_.time_budget_s, "/time_budget_s");
         if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
         read_word(job_.integrator, "/integrator");
         read_word(job_.sampler, "/sampler");
@@ -241,10 +247,20 @@ class Reader {
                               std::to_string(channels_max) + " channels, only exr holds more");
     }
 
+    /// An upper bound on a job that stops by itself, where none is given.
+    void choose_sample_count(std::int64_t texels) {
+        if (!(job_.target_error || job_.time_budget_s) || given_.contains("sample_count")) return;
+        job_.sample_count = limits().sample_count_max;
+        while (job_.sample_count > 1 && job_.sample_count > limits().work_samples_max / texels)
+            job_.sample_count /= 2;
+    }
+
     void check_work() {
-        if (!sound("/resolution", "/sample_count")) return;
-        std::int64_t work = job_.sample_count;  // at most 2^20 · 2^12 · 2^12: no overflow
-        for (const std::int64_t texels : job_.resolution) work *= texels;
+        if (!sound("/resolution", "/sample_count", "/target_error", "/time_budget_s")) return;
+        std::int64_t texels = 1;
+        for (const std::int64_t extent : job_.resolution) texels *= extent;
+        choose_sample_count(texels);
+        const std::int64_t work = job_.sample_count * texels;  // at most 2^20 · 2^36: no overflow
         if (work <= limits().work_samples_max) return;
         problems_.add("/sample_count",
                       "the job takes " + std::to_string(work) +
@@ -254,6 +270,7 @@ class Reader {
 
     const Json& given_;
     const Json& document_;
+    const Json& given_;
     ProblemList& problems_;
     JobSpec job_;
 };

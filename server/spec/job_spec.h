@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -100,7 +101,10 @@ struct JobSpec {
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
     std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
-    std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
+    /// Samples a texel in all replicates together; with one of the next two, the most.
+    std::int64_t sample_count = 1024;
+    std::optional<double> target_error;   ///< bound on each texel's error at which sampling stops
+    std::optional<double> time_budget_s;  ///< of integration
     Integrator integrator = Integrator::monte_carlo;
     Sampler sampler = Sampler::sobol_owen;
     Importance importance = Importance::vndf;

@@ -20,6 +20,8 @@ namespace {
 constexpr std::int64_t kLeastSamples = 32;
 /// Seeds of one point of a curve: their spread is what a run more could change.
 constexpr std::uint64_t kRuns = 3;
+/// Of quadrature in float.
+constexpr double kTolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 
 struct Recipe {
     DeviceChoice device = DeviceChoice::native;
@@ -121,12 +123,18 @@ class Convergence {
         truth_ = std::move(outcome.table);
         report_ = std::move(outcome.report);
         exact.precision = Precision::float32;
-        for (double& seconds : quadrature_.seconds) {
-            Outcome quick = engine_.run(exact, quiet(), false);
-            const Distance off = distance(quick.table, truth_);
-            seconds = quick.report.run_time_s.integrate;
-            quadrature_.error_rms = off.rms;
-            quadrature_.error_max = off.max;
+        exact.device = DeviceChoice::native;
+        for (const double tolerance : kTolerances) {
+            exact.target_error = tolerance;
+            Measured& point = quadrature_.emplace_back();
+            for (double& seconds : point.seconds) {
+                const Outcome quick = engine_.run(exact, quiet(), false);
+                const Distance off = distance(quick.table, truth_);
+                seconds = quick.report.run_time_s.integrate;
+                point.sample_count = quick.report.samples_per_texel;
+                point.error_rms = off.rms;
+                point.error_max = off.max;
+            }
         }
     }
 
@@ -313,7 +321,7 @@ class Convergence {
             add({device, Sampler::random, Importance::vndf});
             add({device, Sampler::hammersley, Importance::ndf});
         }
-        chart.series.push_back(over_time("quadrature", {quadrature_}, figure));
+        chart.series.push_back(over_time("quadrature, native", quadrature_, figure));
         return chart;
     }
 
@@ -354,7 +362,7 @@ class Convergence {
     const Control& control_;
     JobSpec base_;
     Table truth_;
-    Measured quadrature_;
+    std::vector<Measured> quadrature_;
     std::map<Recipe, std::vector<Measured>> curves_;
     std::vector<std::string> notes_{
         "Error: difference from quadrature in double, over all texels and quantities. Whiskers: "

@@ -59,6 +59,10 @@ inline const std::vector<std::string> kValidJobs = {
         "y":{"parameter":"NoV","mapping":"square","grid":"node","flip":true,"range":[0.999,1]}}})",
     R"({"quantities":["directional_albedo"],"layout":{"x":{"parameter":"alpha","mapping":"sqrt"},
         "y":{"parameter":"NoV"}},"precision":"float64","sampler":"random"})",
+    R"({"quantities":["split_sum_bias"],"target_error":1e-9})",
+    R"({"quantities":["split_sum_bias"],"target_error":1,"sample_count":1})",
+    R"({"quantities":["split_sum_bias"],"resolution":[4096,4096],"time_budget_s":0.001})",
+    R"({"quantities":["split_sum_bias"],"time_budget_s":3600,"target_error":null})",
     R"({"quantities":["directional_albedo"],"s\u0065ed":3,"sampler":"lat\u0074ice"})",
 };
 
