@@ -270,7 +270,6 @@ class Reader {
 
     const Json& given_;
     const Json& document_;
-    const Json& given_;
     ProblemList& problems_;
     JobSpec job_;
 };
