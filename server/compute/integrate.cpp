@@ -22,6 +22,10 @@ using Clock = std::chrono::steady_clock;
 /// the sums that it hands over are still in cache when they are added up.
 constexpr std::uint64_t kLaunchSamples = 1u << 23;
 
+/// By how much calls and blocks must be smaller where a sample costs more: a walk takes as long as
+/// some hundred samples of a lobe, and a call of it still less than 0.1 s on two cores.
+std::size_t cost_of(PointKind kind) { return kind == PointKind::facet_walk ? 16 : 1; }
+
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -116,8 +120,9 @@ class Integration {
         if (points_kind_ != pass.points)
             points_ = make_points(job_.sampler, pass.points, job_.seed, job_.sample_count);
         points_kind_ = pass.points;
-        const std::size_t block = std::min(
-            backend_.block_places(), (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
+        const std::size_t block =
+            std::min(backend_.block_places() / cost_of(pass.points),
+                     (pass.places.count() + kLanesMax - 1) / kLanesMax * kLanesMax);
         const Combinations combinations(pass.shares);
         Replicates replicates(combinations.list(), pass.what.material.terms, block);
         const std::vector<Scalar> points(points_.values.begin(), points_.values.end());
@@ -181,9 +186,10 @@ class Integration {
         while (level <= replicate) level *= 2;
         std::size_t count = 0;
         std::uint64_t samples = 0;
+        const std::uint64_t cost = stride * cost_of(*points_kind_);
         for (std::size_t b = first;
              b < points_.batches.size() && points_.replicate_of_batch[b] < level; ++b, ++count) {
-            samples += points_.batches[b].point_count * stride;
+            samples += points_.batches[b].point_count * cost;
             if (count > 0 && samples > kLaunchSamples) break;
         }
         return count;
@@ -276,7 +282,7 @@ class Integration {
 
     void fill_report() {
         Report& report = outcome_.report;
-        report.warnings = layout_warnings(job_);
+        report.warnings = plan_.warnings;
         report.samples_per_texel = job_.sample_count;
         report.samples_total = samples_done_;
         report.replicates = static_cast<std::int64_t>(points_.replicate_sizes.size());

@@ -47,7 +47,7 @@ class Quadrature {
         Report& report = outcome_.report;
         report.run_time_s.integrate =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        report.warnings = layout_warnings(job_);
+        report.warnings = plan_.warnings;
         report.status = unsettled_ == 0 ? "converged" : "roundoff_floor";
         if (unsettled_ != 0)
             report.warnings.push_back(std::to_string(unsettled_) +
