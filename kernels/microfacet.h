@@ -124,6 +124,17 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
     return K(0.25) / (lane_fma(NoL, view, NoV * light) - NoV * NoL);
 }
 
+// D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with
+// x = tan²θ / α² it is exp(−x) (1 + x)², at most 4 / e. So GGX's visible normals serve Beckmann's
+// lobe: where they are too many, they are so by a bounded factor. From x = 80 on, where it is
+// 1e-31, it stays.
+KILN_CALLED real beckmann_over_ggx(HalfVector h) {
+    const real hz2 = h.NoH * h.NoH, hxy2 = h.VoH2 - hz2, most = lanes(K(80.0));
+    const real x = lane_select(hxy2 < most * hz2, hxy2 / lane_max(hz2, lanes(KILN_TINY)), most);
+    const real spread = K(1.0) + lane_max(x, lanes(K(0.0)));
+    return lane_exp(K(1.0) - spread) * (spread * spread);
+}
+
 // V and L from a point of the hemisphere: cosine (density NoL / π) and uniform (1 / 2π) sampling.
 // The point is (cos φ, NoL, sin θL).
 KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scalar cos_phi,

@@ -101,6 +101,7 @@ KILN_FUNCTION real quadrature_lost(Eye eye, KILN_GLOBAL const scalar* nodes,
     return sum * eye.po;
 }
 
+#undef KILN_ALPHA_MIN
 #if KILN_DOUBLE
 #define KILN_ALPHA_MIN K(1e-12)
 #else

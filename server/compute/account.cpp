@@ -7,7 +7,6 @@
 #include <set>
 
 #include "server/base/error.h"
-#include "server/spec/layouts.h"
 #include "server/spec/words.h"
 
 namespace kiln {
@@ -187,7 +186,7 @@ Outcome Account::finish() {
     Report& report = outcome_.report;
     for (const Exact& exact : plan_.exact)
         texels_.fill(outcome_.table.planes[exact.channel], exact.value);
-    report.warnings = layout_warnings(job_);
+    report.warnings = plan_.warnings;
     report.samples_per_texel =
         plan_.passes.empty() ? job_.sample_count : static_cast<std::int64_t>(samples_a_texel_);
     report.replicates = replicates;

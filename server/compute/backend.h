@@ -42,7 +42,7 @@ struct Launch {
     Specialisation what;
     std::size_t texel_stride = 0;        ///< texels padded to kLanesMax
     std::span<const Scalar> texels;      ///< NoV of each, then alpha of each: 2 × texel_stride
-    std::span<const Scalar> points;      ///< kPointScalars a point
+    std::span<const Scalar> points;      ///< point_scalars() a point
     std::span<const Scalar> parameters;  ///< kParameterCount, uniform: kernels/material.h
     std::span<const BatchRange> batches;
     std::span<Scalar> sums;  ///< out: [batch][term asked for, by rising bit][texel_stride]

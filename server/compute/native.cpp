@@ -11,8 +11,11 @@ namespace kiln {
 namespace {
 
 /// Texels that a thread takes at a time: enough that taking them costs nothing, few enough to share
-/// out evenly.
-constexpr std::size_t kTexelsATask = 16 * kLanesMax;
+/// out evenly, also where a block is small.
+std::size_t texels_a_task(std::size_t texel_stride, std::size_t threads) {
+    const std::size_t share = texel_stride / (4 * threads) / kLanesMax * kLanesMax;
+    return std::clamp(share, kLanesMax, 16 * kLanesMax);
+}
 
 const NativeKernels& kernels_of(InstructionSet set) {
     switch (set) {
@@ -52,9 +55,10 @@ class NativeBackend : public Backend {
     template <typename Body>
     void each_group(std::size_t texel_stride, int lanes, Body body) {
         const auto step = static_cast<std::size_t>(lanes);
-        pool_.parallel_for((texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
-            const std::size_t end = std::min((task + 1) * kTexelsATask, texel_stride);
-            for (std::size_t first = task * kTexelsATask; first < end; first += step) body(first);
+        const std::size_t task_texels = texels_a_task(texel_stride, pool_.size());
+        pool_.parallel_for((texel_stride + task_texels - 1) / task_texels, [&](std::size_t task) {
+            const std::size_t end = std::min((task + 1) * task_texels, texel_stride);
+            for (std::size_t first = task * task_texels; first < end; first += step) body(first);
         });
     }
 

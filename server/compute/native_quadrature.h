@@ -2,13 +2,6 @@
 // The quadrature for one instruction set and one precision: included by native_isa.cpp behind
 // native_kernels.h, into the same namespace.
 
-#undef KILN_ALPHA_MIN
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/ray.h"
-#include "kernels/quadrature.h"
-// clang-format on
-
 constexpr int kGeneralFresnel = -1;
 
 // A branch for the Fresnel models beyond Schlick's costs less than any of them.

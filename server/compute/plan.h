@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "server/compute/axes.h"
@@ -52,6 +53,7 @@ struct Plan {
     std::vector<Pass> passes;
     std::vector<Exact> exact;
     std::vector<LeftOut> left_out;
+    std::vector<std::string> warnings;  ///< what the report says of the job, however it is computed
 };
 
 /// 1 − E_avg of the job's lobe at each place of Places::averaged(job), with its standard error.

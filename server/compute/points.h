@@ -10,8 +10,10 @@
 
 namespace kiln {
 
-/// Scalars a point as the kernels take it (kernels/batch.h).
+/// Scalars a point as the kernels take it (kernels/batch.h), of every kind but facet_walk
+/// (kernels/ggx_lambert.h).
 inline constexpr std::size_t kPointScalars = 4;
+inline constexpr std::size_t kWalkScalars = 16;
 
 /// Replicates of a job: independently randomised point sets, from whose spread the standard error
 /// comes. 16 leaves the factor of a 95 % interval at 2.13 (Student's t), and the sets large.
@@ -36,16 +38,18 @@ enum class PointKind {
     cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
     log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
     log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
+    facet_walk,             ///< three facets on a walk, from a set of its own
 };
-/// The importance by which the kernels know the last two; no job spells it.
+/// The importance by which the kernels know log tangents; no job spells it.
 inline constexpr int kLogTangents = 4;
 
-/// The kind that a specular lobe takes.
+/// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);
+std::size_t point_scalars(PointKind kind);
 
 /// All points of a job in the order in which they are summed.
 struct PointSet {
-    std::vector<double> values;  ///< kPointScalars a point
+    std::vector<double> values;  ///< point_scalars() of its kind a point
     std::vector<BatchRange> batches;
     std::vector<std::uint32_t> replicate_of_batch;
     std::vector<std::uint32_t>

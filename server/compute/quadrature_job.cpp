@@ -11,7 +11,6 @@
 #include "server/compute/replicates.h"
 #include "server/compute/stopping.h"
 #include "server/compute/texels.h"
-#include "server/spec/layouts.h"
 
 namespace kiln {
 
@@ -98,7 +97,7 @@ class Quadrature {
         Report& report = outcome_.report;
         report.run_time_s.integrate =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        report.warnings = layout_warnings(job_);
+        report.warnings = plan_.warnings;
         report.status = unsettled_ == 0 ? "converged" : "budget_exhausted";
         const bool beyond_float = job_.target_error && job_.precision == Precision::float32 &&
                                   *job_.target_error < kQuadratureFloatRounding;

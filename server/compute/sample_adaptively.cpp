@@ -72,7 +72,7 @@ class Group {
 
     template <typename Tell>
     void run_level(std::size_t level, const std::vector<std::uint32_t>& active, Tell tell) {
-        const std::size_t block = s_.backend.block_places();
+        const std::size_t block = s_.backend.block_places() / cost_of(region_);
         for (std::size_t first = 0; first < active.size() && !out_of_time_; first += block) {
             const auto slots =
                 std::span(active).subspan(first, std::min(block, active.size() - first));
@@ -105,7 +105,8 @@ class Group {
             std::uint64_t points = 0;
             for (std::size_t b = first; b < set_.batches.size(); ++b, ++count) {
                 if (count > 0 &&
-                    (points + set_.batches[b].point_count) * launches_.stride() > kLaunchSamples)
+                    (points + set_.batches[b].point_count) * launches_.stride() * cost_of(region_) >
+                        kLaunchSamples)
                     break;
                 points += set_.batches[b].point_count;
             }

@@ -47,13 +47,13 @@ class Even {
         s_.account.replicates = static_cast<std::int64_t>(set.replicate_sizes.size());
         const Means means(pass.shares, region);
         Replicates replicates(means.list());
-        const std::size_t block = s_.backend.block_places();
+        const std::size_t block = s_.backend.block_places() / cost_of(region);
         for (std::size_t first = 0; first < region.places.size(); first += block) {
             const auto places = std::span(region.places)
                                     .subspan(first, std::min(block, region.places.size() - first));
             launches.set_places(places);
             replicates.reset(means.facts(pass, region, s_.pool, places));
-            run_block(set, launches, replicates);
+            run_block(set, cost_of(region), launches, replicates);
             store(pass, means, replicates, places);
             for (const Draw& draw : region.draws)
                 s_.account.count_work(draw.what, places.size() * set.samples());
@@ -61,12 +61,13 @@ class Even {
     }
 
     template <typename Scalar>
-    void run_block(const PointSet& set, Launches<Scalar>& launches, Replicates& replicates) {
+    void run_block(const PointSet& set, std::size_t cost, Launches<Scalar>& launches,
+                   Replicates& replicates) {
         auto started = Clock::now();
         double elapsed = 0;
         std::vector<TraceLevel> trace;
         for (std::size_t first = 0; first < set.batches.size();) {
-            const std::size_t count = launch_batches(set, first, launches.stride());
+            const std::size_t count = launch_batches(set, first, launches.stride() * cost);
             replicates.add(s_.pool, set, first, count,
                            launches.run(std::span(set.batches).subspan(first, count)));
             std::uint64_t samples = 0;

@@ -12,6 +12,12 @@ namespace kiln {
 /// are prompt, and the sums that it hands over are still in cache when they are added up.
 inline constexpr std::uint64_t kLaunchSamples = 1u << 23;
 
+/// By how much calls and blocks must be smaller where a sample costs more: a walk takes as long as
+/// some hundred samples of a lobe, and a call of it still less than 0.1 s on two cores.
+inline std::size_t cost_of(const Region& region) {
+    return region.draws[0].points == PointKind::facet_walk ? 16 : 1;
+}
+
 /// What both ways of sampling a job work with.
 struct Sampling {
     const JobSpec& job;

@@ -58,7 +58,7 @@ bool StoppingRules::is_flat(double before, double now) const {
 }
 
 void LevelVerdict::add(const StoppingRules& rules, const Pass& pass, const Share& share,
-                  std::size_t shares, std::size_t place, const Estimate& estimate) {
+                       std::size_t shares, std::size_t place, const Estimate& estimate) {
     if (!rules.aims()) {
         passes = false;
         return;

@@ -53,7 +53,8 @@ enum class DiffuseModel {
     eon,
     eon_unreal,
     chan2018,
-    chan2024
+    chan2024,
+    ggx_lambert,  ///< no function but the light that walks over facets: kernels/ggx_lambert.h
 };
 enum class Coupling { none, half_vector, view, kelemen };
 /// kulla_conty_linear has F_avg where kulla_conty has F_avg², as older slides have it.

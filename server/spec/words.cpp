@@ -22,8 +22,9 @@ constexpr Word kMasking[] = {"smith_correlated", "smith_separable", "karis_ibl",
 constexpr Word kFresnel[] = {"none", "schlick", "dielectric", "conductor", "edge_tint", "f82_tint"};
 constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold",     "iron",
                            "nickel",    "platinum", "silver", "titanium", "tungsten"};
-constexpr Word kDiffuseModel[] = {"none", "lambert", "burley",     "oren_nayar", "oren_nayar_full",
-                                  "fon",  "eon",     "eon_unreal", "chan2018",   "chan2024"};
+constexpr Word kDiffuseModel[] = {
+    "none", "lambert",    "burley",   "oren_nayar", "oren_nayar_full", "fon",
+    "eon",  "eon_unreal", "chan2018", "chan2024",   "ggx_lambert"};
 constexpr Word kCoupling[] = {"none", "half_vector", "view", "kelemen"};
 constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "turquin"};
 constexpr Word kPrecision[] = {"float32", "float64"};

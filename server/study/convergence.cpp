@@ -279,17 +279,17 @@ class Convergence {
                                       std::string(to_word(recipe.importance)),
                                       static_cast<double>(p.sample_count), p.median(), p.least(),
                                       p.most(), p.error_rms, p.error_max, p.standard_error_rms});
-        const Measured& q = quadrature_;
-        table.rows.push_back({report_.device.backend,
-                              std::string("quadrature"),
-                              {},
-                              {},
-                              q.median(),
-                              q.least(),
-                              q.most(),
-                              q.error_rms,
-                              q.error_max,
-                              {}});
+        for (const Measured& q : quadrature_)
+            table.rows.push_back({std::string("native"),
+                                  std::string("quadrature"),
+                                  {},
+                                  static_cast<double>(q.sample_count),
+                                  q.median(),
+                                  q.least(),
+                                  q.most(),
+                                  q.error_rms,
+                                  q.error_max,
+                                  {}});
         return table;
     }
 
