@@ -149,9 +149,17 @@ class Quadrature {
         errors.sum_of_squares *= slices;
         errors.count = values.size() * pass.slices.size();
         sums_[share.channel].add(errors);
-        for (const std::size_t slice : pass.slices)
+        if (pass.what.material.averaged) {
+            for (const std::size_t slice : pass.slices)
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    add(pass, share, slice, first + i, values[i]);
+            return;
+        }
+        for (const std::size_t slice : pass.slices) {  // one place a texel, in their order
+            float* to = &outcome_.table.planes[share.channel][slice * pass.places.count() + first];
             for (std::size_t i = 0; i < values.size(); ++i)
-                add(pass, share, slice, first + i, values[i]);
+                to[i] = static_cast<float>(to[i] + values[i]);
+        }
     }
 
     void store_parts(const Pass& pass, const Share& share, const Means& means,
@@ -200,10 +208,10 @@ class Quadrature {
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
-        std::vector<double> NoV, alpha;
-        for (std::size_t i = first; i < first + count; ++i) {
-            NoV.push_back(pass.places.NoV(i));
-            alpha.push_back(pass.places.alpha(i));
+        std::vector<double> NoV(count), alpha(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            NoV[i] = pass.places.NoV(first + i);
+            alpha[i] = pass.places.alpha(first + i);
         }
         Means means;
         means.error.assign(count, 0);
