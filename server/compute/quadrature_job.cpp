@@ -21,9 +21,8 @@ constexpr std::size_t kBlockPlaces = 8192;
 /// From here on the places that make the order map are few beside those that it saves an order.
 constexpr std::size_t kMappedPlaces = 4096;
 
-/// Of 1 - E where it is asked for, relative; what the averages are off by at most.
+/// Of 1 - E where it is asked for, relative.
 constexpr double kDeficitTolerance = 1e-6;
-constexpr float kAverageError = 1e-9f;
 
 /// Means of terms at some places, and how far the last two orders were apart.
 struct Means {
@@ -238,13 +237,13 @@ class Quadrature {
     Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
         std::vector<double> alpha;
         for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
-        QuadratureAverages found =
-            quadrature_averages(backend_, job_.masking, alpha, [this] { stay_in_touch(); });
+        QuadratureAverages found = quadrature_averages(backend_, job_.masking, alpha, tolerance_,
+                                                       [this] { stay_in_touch(); });
         count_work(found.evaluations, kWeight, pass.what.material.terms);
         Means means;
         means.of[kDeficit] = std::move(found.deficit);
         for (const double deficit : means.of[kDeficit]) means.of[kWeight].push_back(1 - deficit);
-        means.error.assign(count, kAverageError);
+        means.error.assign(count, static_cast<float>(tolerance_));
         return means;
     }
 
