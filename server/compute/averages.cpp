@@ -13,6 +13,9 @@ namespace {
 /// One value serves a whole line of texels, so it may cost more than one of them.
 constexpr std::int64_t kAverageSamplesMin = 65536;
 
+/// Of the average albedo by quadrature.
+constexpr double kExact = 1e-9;
+
 Averages exact_averages(const JobSpec& job, Backend& native, const Control& control) {
     const Places places = Places::averaged(job);
     std::vector<double> alpha;
@@ -22,7 +25,7 @@ Averages exact_averages(const JobSpec& job, Backend& native, const Control& cont
         if (control.cancelled()) throw Cancelled();
     };
     Averages averages;
-    averages.deficit = quadrature_averages(native, job.masking, alpha, between).deficit;
+    averages.deficit = quadrature_averages(native, job.masking, alpha, kExact, between).deficit;
     averages.standard_error.assign(places.count(), 0);
     return averages;
 }

@@ -17,9 +17,10 @@ namespace kiln {
 
 namespace {
 
-/// Tables of at most so many texels are held against quadrature whole: some milliseconds.
-constexpr std::uint64_t kTexelsAlways = 4096;
-/// Else where it costs at most this share of the samples; a node costs 1.6 samples (bench_kernels).
+/// Tables of at most so many texels are held against quadrature whole: a millisecond.
+constexpr std::uint64_t kTexelsAlways = 1024;
+/// Else where it costs at most this share of the samples, as does the finer lattice; a node costs
+/// 1.6 samples (bench_kernels).
 constexpr double kShareOfSamples = 0.1, kSamplesANode = 1.6;
 /// What float arithmetic reaches, and what double is asked for.
 constexpr double kFloatTolerance = 1e-6, kDoubleTolerance = 1e-9;
@@ -74,7 +75,7 @@ class Check {
 
     void run() {
         if (!served_.quantities.empty()) {
-            const Lattice lattice(served_);
+            const Lattice lattice = affordable_lattice();
             const Table exact = at(lattice.job());
             const bool sampled = job_.integrator == Integrator::monte_carlo;
             const bool whole = sampled && is_cheap();
@@ -98,17 +99,31 @@ class Check {
         return exact_table(job, tolerance_, native_, pool_, control_);
     }
 
-    /// Whether the whole table costs little beside the samples that made it.
-    bool is_cheap() const {
-        const std::uint64_t texels = outcome_.table.width * outcome_.table.height;
-        if (texels <= kTexelsAlways) return true;
+    /// Whether quadrature at so many places costs little beside what made the table.
+    bool is_affordable(std::uint64_t places) const {
         const std::size_t start = quadrature_start(tolerance_);
         std::uint64_t nodes = 0;
         for (const std::size_t step : {start, start + 1})
             nodes += quadrature_evaluations(kQuadratureSteps[step].order, true);
-        nodes *= static_cast<std::uint64_t>(channels_of(served_).size());
-        return static_cast<double>(texels * nodes) * kSamplesANode <=
+        const std::vector<Channel> channels = channels_of(served_);
+        if (std::any_of(channels.begin(), channels.end(),
+                        [](const Channel& channel) { return channel.colour != 0; }))
+            nodes *= 3;
+        return static_cast<double>(places * nodes) * kSamplesANode <=
                static_cast<double>(outcome_.report.samples_total) * kShareOfSamples;
+    }
+
+    bool is_cheap() const {
+        const std::uint64_t texels = outcome_.table.width * outcome_.table.height;
+        return texels <= kTexelsAlways || is_affordable(texels);
+    }
+
+    Lattice affordable_lattice() const {
+        Lattice fine(served_);
+        // What advice said of a table (advice.h) its report says again.
+        const bool advised = job_.integrator == Integrator::quadrature;
+        if (advised || is_affordable(fine.place_count())) return fine;
+        return Lattice(served_, Lattice::kCoarse);
     }
 
     void hold_all(const Table& exact) {

@@ -114,15 +114,15 @@ Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth)
     return line;
 }
 
-Lattice::Lattice(const JobSpec& job) : lattice_(job) {
+Lattice::Lattice(const JobSpec& job, double growth) : lattice_(job) {
     // Along z, Fresnel's number is smooth, and each of its slices costs a table.
-    constexpr double kGrowth[] = {1.5, 1.5, 8};
+    const double growths[] = {growth, growth, 8};
     for (std::size_t a = 0; a < 3; ++a) {
         if (a >= job.axes.size()) {
             lines_[a] = {{0}, {true}, {0}, {0}, {0}, {1}, 1};
             continue;
         }
-        lines_[a] = line(job.axes[a], job.resolution[a], kGrowth[a]);
+        lines_[a] = line(job.axes[a], job.resolution[a], growths[a]);
         lattice_.axes[a].at = lines_[a].at;
         lattice_.axes[a].of = job.resolution[a];
         lattice_.resolution[a] = static_cast<std::int64_t>(lines_[a].at.size());
@@ -133,12 +133,8 @@ std::size_t Lattice::index(const std::array<std::size_t, 3>& at) const {
     return (at[2] * lines_[1].at.size() + at[1]) * lines_[0].at.size() + at[0];
 }
 
-std::size_t Lattice::texel_count() const {
-    std::size_t count = 1;
-    for (const Line& line : lines_)
-        count *= static_cast<std::size_t>(std::count_if(line.weight.begin(), line.weight.end(),
-                                                        [](double weight) { return weight > 0; }));
-    return count;
+std::size_t Lattice::place_count() const {
+    return lines_[0].at.size() * lines_[1].at.size() * lines_[2].at.size();
 }
 
 void Lattice::each_texel(const std::function<void(std::size_t, std::size_t, double)>& body) const {

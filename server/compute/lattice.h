@@ -14,11 +14,13 @@ namespace kiln {
 /// neighbour. All texels of short axes.
 class Lattice {
   public:
-    explicit Lattice(const JobSpec& job);
+    /// `growth`: of the distance from one texel taken to the next, along x and y.
+    explicit Lattice(const JobSpec& job, double growth = kFine);
+    static constexpr double kFine = 1.5, kCoarse = 2;
 
     /// The job whose table holds the lattice's places.
     const JobSpec& job() const { return lattice_; }
-    std::size_t texel_count() const;
+    std::size_t place_count() const;
 
     /// Calls body(place in the lattice's table, texel of the job's table, weight) for the places
     /// that are texels; a weight is the number of texels that the place stands for.

@@ -47,20 +47,28 @@ OrderMap make_order_map(const JobSpec& job, const Places& places, const Quadratu
     OrderMap map;
     map.evaluations = found.evaluations;
     const Around x(columns, width), y(rows, height);
-    for (std::size_t j = 0; j < y.low.size(); ++j)
-        for (std::size_t i = 0; i < x.low.size(); ++i) {
-            std::uint8_t step = 0;
-            float error = 0;
-            for (const std::size_t row : {y.low[j], y.high[j]})
-                for (const std::size_t column : {x.low[i], x.high[i]}) {
-                    const std::size_t at = row * columns.size() + column;
-                    step = std::max(step, found.step[at]);
-                    error = std::max(error, found.error[at]);
-                }
-            map.step.push_back(step);
-            map.error.push_back(error);
-            if (error > tolerance.absolute) ++map.unsettled;
+    // What the rungs need, spread along x first: the loops along y are then plain maxima.
+    const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
+    std::vector<std::uint8_t> steps(rows.size() * w);
+    std::vector<float> errors(rows.size() * w);
+    for (std::size_t j = 0; j < rows.size(); ++j)
+        for (std::size_t i = 0; i < w; ++i) {
+            const std::size_t low = j * columns.size() + x.low[i],
+                              high = j * columns.size() + x.high[i];
+            steps[j * w + i] = std::max(found.step[low], found.step[high]);
+            errors[j * w + i] = std::max(found.error[low], found.error[high]);
         }
+    map.step.resize(w * h);
+    map.error.resize(w * h);
+    const auto bound = static_cast<float>(tolerance.absolute);
+    for (std::size_t j = 0; j < h; ++j) {
+        const std::size_t low = y.low[j] * w, high = y.high[j] * w;
+        for (std::size_t i = 0; i < w; ++i)
+            map.step[j * w + i] = std::max(steps[low + i], steps[high + i]);
+        for (std::size_t i = 0; i < w; ++i)
+            map.error[j * w + i] = std::max(errors[low + i], errors[high + i]);
+        for (std::size_t i = 0; i < w; ++i) map.unsettled += map.error[j * w + i] > bound ? 1 : 0;
+    }
     return map;
 }
 

@@ -73,12 +73,10 @@ class Raising {
 
     QuadratureResult run() {
         if (!steps_.empty()) {
-            for (std::size_t step = 0; step <= kQuadratureLast; ++step) {
-                std::vector<std::size_t> texels;
-                for (std::size_t i = 0; i < steps_.size(); ++i)
-                    if (steps_[i] == step) texels.push_back(i);
-                if (!texels.empty()) at_step(step, texels, false);
-            }
+            std::array<std::vector<std::size_t>, kQuadratureLast + 1> texels;
+            for (std::size_t i = 0; i < steps_.size(); ++i) texels[steps_[i]].push_back(i);
+            for (std::size_t step = 0; step <= kQuadratureLast; ++step)
+                if (!texels[step].empty()) at_step(step, texels[step], false);
             return std::move(result_);
         }
         double finest = tolerance_.absolute;

@@ -121,10 +121,11 @@ struct QuadratureAverages {
     std::uint64_t evaluations = 0;
 };
 
-/// E_avg = 2 * integral of E NoV dNoV. Of 1 - E_avg the relative error is <= 1e-6 for alpha >=
-/// 1e-4, the absolute error <= 1e-9. `between` is called between launches and may throw.
+/// E_avg = 2 * integral of E NoV dNoV, within `tolerance`; at 1e-9 the relative error of 1 - E_avg
+/// is
+/// <= 1e-6 for alpha >= 1e-4 as well. `between` is called between launches and may throw.
 QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
-                                       std::span<const double> alpha,
+                                       std::span<const double> alpha, double tolerance,
                                        const std::function<void()>& between);
 /// What its launches are specialised on.
 QuadratureKind quadrature_average_kind(Masking masking);

@@ -10,8 +10,10 @@ namespace kiln {
 
 namespace {
 
-// A tenth of what is promised.
-constexpr double kAbsolute = 1e-10, kRelative = 1e-7;
+/// What is asked of E, and of two orders of the average: a tenth of what is promised.
+QuadratureTolerance tenth(double tolerance) {
+    return {tolerance / 10, tolerance > 1e-9 ? 0 : 1e-7};
+}
 
 /// NoV and weight of 2 NoV dNoV. The cosine is alpha w (v^-8 - 1), as in kernels/ray.h, and v is
 /// linear in the square of the node: 1 - E goes like NoV log NoV at the horizon, which the square
@@ -41,14 +43,15 @@ class AverageRule {
 
 /// At one order of the rule and at the places named; E's own order is raised as it needs.
 QuadratureAverages at_order(Backend& backend, Masking masking, std::span<const double> alpha,
-                            std::span<const std::size_t> places, const AverageRule& rule) {
+                            std::span<const std::size_t> places, const AverageRule& rule,
+                            double tolerance) {
     std::vector<double> NoV, weights, alphas;
     for (const std::size_t place : places) {
         rule.append(alpha[place], NoV, weights);
         alphas.insert(alphas.end(), rule.order(), alpha[place]);
     }
     const QuadratureResult found = integrate_quadrature(backend, quadrature_average_kind(masking),
-                                                        {NoV, alphas, {}}, {kAbsolute, kRelative});
+                                                        {NoV, alphas, {}, {}}, tenth(tolerance));
     QuadratureAverages sums{{}, found.evaluations};
     for (std::size_t i = 0; i < weights.size(); i += rule.order())
         sums.deficit.push_back(
@@ -65,28 +68,31 @@ QuadratureKind quadrature_average_kind(Masking masking) {
 }
 
 QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
-                                       std::span<const double> alpha,
+                                       std::span<const double> alpha, double tolerance,
                                        const std::function<void()>& between) {
     constexpr std::size_t kPlacesALaunch = 256;
     QuadratureAverages result{std::vector<double>(alpha.size(), 0.0), 0};
     std::vector<std::size_t> left;
-    constexpr std::size_t kStart = quadrature_start(1e-6);
+    const std::size_t start = quadrature_start(std::max(tolerance, 1e-6));
     for (std::size_t i = 0; i < alpha.size(); ++i)
         if (alpha[i] > 0) left.push_back(i);
-    for (std::size_t step = kStart; step <= kQuadratureLast && !left.empty(); ++step) {
+    for (std::size_t step = start; step <= kQuadratureLast && !left.empty(); ++step) {
         const AverageRule rule(kQuadratureSteps[step].order.elevation);
         std::vector<std::size_t> unsettled;
         for (std::size_t first = 0; first < left.size(); first += kPlacesALaunch) {
             const auto places =
                 std::span(left).subspan(first, std::min(kPlacesALaunch, left.size() - first));
-            const QuadratureAverages sums = at_order(backend, masking, alpha, places, rule);
+            const QuadratureAverages sums =
+                at_order(backend, masking, alpha, places, rule, tolerance);
             result.evaluations += sums.evaluations;
             for (std::size_t i = 0; i < places.size(); ++i) {
                 double& value = result.deficit[places[i]];
                 const double next = sums.deficit[i];
-                const bool agree = std::abs(next - value) <= std::min(kAbsolute, 1e-6 * next);
+                const bool agree =
+                    std::abs(next - value) <=
+                    (tolerance > 1e-9 ? tolerance / 10 : std::min(1e-10, 1e-6 * next));
                 value = next;
-                if (step == kStart || !agree) unsettled.push_back(places[i]);
+                if (step == start || !agree) unsettled.push_back(places[i]);
             }
             between();
         }

@@ -21,9 +21,8 @@ constexpr std::size_t kBlockPlaces = 8192;
 /// From here on the places that make the order map are few beside those that it saves an order.
 constexpr std::size_t kMappedPlaces = 4096;
 
-/// Of 1 - E where it is asked for, relative; what the averages are off by at most.
+/// Of 1 - E where it is asked for, relative.
 constexpr double kDeficitTolerance = 1e-6;
-constexpr float kAverageError = 1e-9f;
 
 /// Means of terms at some places, and how far the last two orders were apart.
 struct Means {
@@ -160,9 +159,17 @@ class Quadrature {
         errors.sum_of_squares *= slices;
         errors.count = values.size() * pass.slices.size();
         sums_[share.channel].add(errors);
-        for (const std::size_t slice : pass.slices)
+        if (pass.what.material.averaged) {
+            for (const std::size_t slice : pass.slices)
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    add(pass, share, slice, first + i, values[i]);
+            return;
+        }
+        for (const std::size_t slice : pass.slices) {  // one place a texel, in their order
+            float* to = &outcome_.table.planes[share.channel][slice * pass.places.count() + first];
             for (std::size_t i = 0; i < values.size(); ++i)
-                add(pass, share, slice, first + i, values[i]);
+                to[i] = static_cast<float>(to[i] + values[i]);
+        }
     }
 
     void store_parts(const Pass& pass, const Share& share, const Means& means,
@@ -211,10 +218,10 @@ class Quadrature {
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
-        std::vector<double> NoV, alpha;
-        for (std::size_t i = first; i < first + count; ++i) {
-            NoV.push_back(pass.places.NoV(i));
-            alpha.push_back(pass.places.alpha(i));
+        std::vector<double> NoV(count), alpha(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            NoV[i] = pass.places.NoV(first + i);
+            alpha[i] = pass.places.alpha(first + i);
         }
         out_of_time_ = deadline_.passed();
         // The two lowest orders: each place has a value.
@@ -246,13 +253,13 @@ class Quadrature {
     Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
         std::vector<double> alpha;
         for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
-        QuadratureAverages found =
-            quadrature_averages(backend_, job_.masking, alpha, [this] { stay_in_touch(); });
+        QuadratureAverages found = quadrature_averages(backend_, job_.masking, alpha, tolerance_,
+                                                       [this] { stay_in_touch(); });
         count_work(found.evaluations, kWeight, pass.what.material.terms);
         Means means;
         means.of[kDeficit] = std::move(found.deficit);
         for (const double deficit : means.of[kDeficit]) means.of[kWeight].push_back(1 - deficit);
-        means.error.assign(count, kAverageError);
+        means.error.assign(count, static_cast<float>(tolerance_));
         return means;
     }
 

@@ -67,11 +67,11 @@ TEST(Exactness, OfALargeTableIsWeighedFromALattice) {
         bake(R"("quantities":["directional_albedo"],"resolution":[120,90],"sample_count":16)");
     const True truth = difference(outcome.table.planes[0], exact_E(120, 90));
     const ChannelError& error = outcome.report.error[0];
-    EXPECT_GT(error.reference_texels.value(), 500);
+    EXPECT_GT(error.reference_texels.value(), 300);
     EXPECT_LT(error.reference_texels.value(), 120 * 90 / 2);
-    // Errors of neighbours hang together (they share points), so some thousand texels say little
-    // less than all: the rms within a fifth, the largest not above and not far below.
-    EXPECT_NEAR(error.reference_rms.value() / truth.rms, 1, 0.2);
+    // Errors of neighbours hang together (they share points), so some hundred texels say little
+    // less than all: the rms within a quarter, the largest not above and not far below.
+    EXPECT_NEAR(error.reference_rms.value() / truth.rms, 1, 0.25);
     EXPECT_LE(error.reference_max.value(), truth.max + 1e-6);
     EXPECT_GE(error.reference_max.value(), truth.max / 2);
 }

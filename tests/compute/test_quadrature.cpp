@@ -128,7 +128,7 @@ TEST(Quadrature, AveragesAreThoseOfTheReference) {
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const std::vector<double> alphas = {0, 1e-4, 0.01, 0.1, 0.25, 1.0};
     for (const Masking masking : kMaskings) {
-        const auto deficits = quadrature_averages(*backend, masking, alphas, [] {}).deficit;
+        const auto deficits = quadrature_averages(*backend, masking, alphas, 1e-9, [] {}).deficit;
         ASSERT_EQ(deficits.size(), alphas.size());
         EXPECT_EQ(deficits[0], 0);
         for (std::size_t i = 1; i < alphas.size(); ++i) {
