@@ -33,10 +33,9 @@ KILN_FUNCTION int is_fast_lobe(const Material what) {
            what.importance <= KILN_IMPORTANCE_NDF;
 }
 
+// Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
 KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
-    const real base = K(1.0) - VoH;
-    const real m = lane_select(base > K(0.0), base, lanes(K(0.0)));
-    return lane_pow(m, lanes(exponent));
+    return lane_pow(lane_saturate(K(1.0) - VoH), lanes(exponent));
 }
 
 KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,

@@ -107,13 +107,14 @@ TEST_P(OpenClFault, EndsOnNativeWithTheReason) {
     EXPECT_NE(line.find(reason), std::string::npos) << line;
 }
 
-// The first launch of a program is its trial, so the second and later calls are the job's own.
+// The first launch of each of the two programs is its trial, so the third and later calls are the
+// job's own.
 INSTANTIATE_TEST_SUITE_P(Calls, OpenClFault,
                          ::testing::Values("clGetPlatformIDs:0:-1001", "clGetDeviceIDs:0:-1",
                                            "clBuildProgram:1:-11", "clEnqueueNDRangeKernel:1:-5",
-                                           "clEnqueueNDRangeKernel:2:-5", "clFinish:1:-36",
-                                           "clFinish:2:-36", "clEnqueueReadBuffer:2:-14",
-                                           "clEnqueueReadBuffer:2:nan", "clCreateBuffer:1:-4",
+                                           "clEnqueueNDRangeKernel:3:-5", "clFinish:1:-36",
+                                           "clFinish:3:-36", "clEnqueueReadBuffer:3:-14",
+                                           "clEnqueueReadBuffer:3:nan", "clCreateBuffer:1:-4",
                                            "clCreateBuffer:6:-4"));
 
 }  // namespace
