@@ -34,9 +34,8 @@ KILN_FUNCTION int is_fast_lobe(const Material what) {
 }
 
 KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
-    const real base = K(1.0) - VoH;
-    const real m = lane_select(base > K(0.0), base, lanes(K(0.0)));
-    return lane_pow(m, lanes(exponent));
+    const real u = lane_select(VoH < K(1.0), VoH, lanes(K(1.0)));
+    return lane_pow_one_minus(u, lanes(exponent));
 }
 
 KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,

@@ -26,14 +26,16 @@ std::string text(const char* format, auto... values) {
     return buffer;
 }
 
-std::string number(double value) { return text("%.6g", value); }
+std::string number(double value) {
+    return std::isnan(value) ? "nan" : text("%.5g", value);
+}
 
-/// As part of what is right; of 0, itself.
-double relative(double error, double right) {
-    const double size = std::abs(right);
-    if (error == 0) return 0;
-    if (std::isinf(right)) return std::numeric_limits<double>::infinity();
-    return size > 0 ? std::min(error / size, error / 1e-30) : error;
+/// As part of what is right, or of its scale; of 0, itself.
+double shown_error(const Finding& f) {
+    const double error = (f.error_float() ? f.error_float() : f.error_double()).value_or(0);
+    const double size = std::max(std::abs(f.in_double.value), f.scale);
+    if (error == 0 || !(size > 0)) return error;
+    return std::isinf(size) ? std::numeric_limits<double>::infinity() : error / size;
 }
 
 std::string place_of(const Finding& f) {
@@ -59,19 +61,17 @@ struct Group {
 Verdict verdict_of(const std::string& name, const Group& group) {
     const Finding& worst = *group.worst;
     Verdict v{name, group.failed == 0, true, worst.strain(), 1.0, ""};
-    if (v.holds) {
-        v.words = text("every value within its tolerance; closest to it at ");
-    } else {
-        v.words = text("%zu of %zu places beyond tolerance; worst at ", group.failed, group.count);
-    }
-    v.words += place_of(worst);
-    std::string found;
-    for (std::size_t a = 0; a < kArithmetics; ++a) {
-        constexpr const char* names[] = {"native ", "OpenCL ", "double "};
-        if (worst.values[a] && (a != kOpenClFloat || worst.values[a] != worst.values[kNativeFloat]))
-            found += (found.empty() ? "" : ", ") + (names[a] + number(*worst.values[a]));
-    }
-    v.words += " (" + found + ", right " + number(worst.in_double.value) + ")";
+    v.words = v.holds ? text("every value within its tolerance at %zu places; nearest to it: ",
+                             group.count)
+                      : text("%zu of %zu places beyond tolerance; worst: ", group.failed,
+                             group.count);
+    v.words += place_of(worst) + " (";
+    constexpr const char* names[] = {"float ", "OpenCL ", "double "};
+    for (std::size_t a = 0; a < kArithmetics; ++a)
+        if (worst.values[a] && (a != kOpenClFloat || number(*worst.values[a]) !=
+                                                         number(*worst.values[kNativeFloat])))
+            v.words += names[a] + number(*worst.values[a]) + ", ";
+    v.words += "right " + number(worst.in_double.value) + ")";
     return v;
 }
 
@@ -79,7 +79,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Finding>& findings) {
     std::vector<std::string> order;
     std::map<std::string, Group> groups;
     for (const Finding& f : findings) {
-        const std::string name = f.family + ": " + f.model;
+        const std::string& name = f.model;
         if (!groups.contains(name)) order.push_back(name);
         groups[name].add(f);
     }
@@ -105,21 +105,40 @@ Verdict refusal() {
     return v;
 }
 
-Verdict finite(const std::vector<Finding>& findings) {
-    std::size_t infinite = 0;
-    const Finding* first = nullptr;
+/// Claims that some models are known not to keep, with where.
+Verdict claim(const char* name, const std::vector<Finding>& findings,
+              const std::function<bool(const Finding&)>& breaks, const char* why) {
+    std::size_t count = 0;
+    const Finding* worst = nullptr;
     for (const Finding& f : findings)
-        if (std::isinf(f.in_float.value)) {
-            ++infinite;
-            if (!first) first = &f;
+        if (breaks(f)) {
+            ++count;
+            const double size = std::abs(f.in_double.value);
+            if (!worst || size > std::abs(worst->in_double.value)) worst = &f;
         }
-    Verdict v{"every model has a finite value everywhere", infinite == 0, false, {}, {}, ""};
-    v.words = infinite == 0 ? "it has"
-                            : text("%zu places are rightly infinite (alpha = 0 is a mirror's lobe; "
-                                   "some visibilities have a pole at NoV = 0): ",
-                                   infinite) +
-                                  first->model + ", " + place_of(*first);
+    Verdict v{name, count == 0, false, {}, {}, "it is so"};
+    if (!worst) return v;
+    v.value = worst->in_double.value;
+    v.words = text("not at %zu places, rightly (%s): %s, ", count, why, worst->model.c_str()) +
+              place_of(*worst) + ", " + number(worst->in_double.value);
     return v;
+}
+
+std::vector<Verdict> claims(const std::vector<Finding>& findings) {
+    return {
+        claim("every model is finite", findings,
+              [](const Finding& f) { return std::isinf(f.in_float.value); },
+              "a lobe of alpha 0 is no function; charlie's visibility has a pole at NoV 0"),
+        claim("F is nowhere negative", findings,
+              [](const Finding& f) { return f.quantity == "F" && f.in_double.value < -1e-9; },
+              "F82's formula is, for dark tints"),
+        claim("no lobe reflects more than it gets", findings,
+              [](const Finding& f) {
+                  const bool albedo = f.quantity == "E" || f.family == "Diffuse albedos";
+                  return albedo && f.in_double.value > 1 + 1e-6;
+              },
+              "as published"),
+    };
 }
 
 StudyTable table_of(const std::vector<Finding>& findings) {
@@ -162,8 +181,7 @@ HeatMap map_of(const std::string& family, const std::vector<const Finding*>& fin
                                             names.begin());
         };
         const std::size_t i = at(map.rows, f->row) * map.columns.size() + at(map.columns, f->column);
-        const auto error = f->error_float() ? f->error_float() : f->error_double();
-        const double shown = relative(*error, f->in_double.value);
+        const double shown = shown_error(*f);
         if (!(shown <= map.values[i])) map.values[i] = shown;
         if (!f->passes()) map.marked[i] = true;
     }
@@ -187,7 +205,9 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
 Studied study_stability(Engine& engine, const JobSpec& job, const Control& control) {
     const auto start = std::chrono::steady_clock::now();
     Bench bench(engine, job, control);
-    const std::vector<Part> parts = {fresnel_part(), lobes_part(), diffuse_part()};
+    const std::vector<Part> parts = {fresnel_part(),   lobes_part(),          diffuse_part(),
+                                     quadrature_part(), sampled_part(), diffuse_albedo_part(),
+                                     averages_part(), couplings_part()};
     std::vector<Specialisation> programs;
     for (const Part& part : parts)
         for (const Specialisation& what : part.programs)
@@ -207,7 +227,7 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
     made.study.title = "Stability: every model on stiff and extreme inputs";
     made.study.verdicts = verdicts_of(findings);
     made.study.verdicts.push_back(refusal());
-    made.study.verdicts.push_back(finite(findings));
+    for (Verdict& verdict : claims(findings)) made.study.verdicts.push_back(std::move(verdict));
     made.study.table = table_of(findings);
     made.study.charts = charts_of(findings);
     made.study.notes = {text("%zu values in float and double; the worst of each cell is kept, %zu "

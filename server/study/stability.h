@@ -43,8 +43,10 @@ struct Finding {
     std::optional<double> NoV, alpha;
     Right in_float, in_double;
     Readings values;
+    double scale = 0;  ///< errors are shown as part of this where the value is below it
 
-    /// |value − right| of the worst backend; 0 where both are the same infinity, infinite for NaN.
+    /// |value − right| of the worst backend; 0 where neither is finite (a pole
+    /// times an underflow is a NaN: both are refused), infinite where one is.
     std::optional<double> error_float() const;
     std::optional<double> error_double() const;
     bool passes() const;
@@ -80,7 +82,7 @@ class Bench {
     /// [batch][term asked for, by rising bit][place]
     Sums run(const KernelMaterial& material, const std::array<double, kParameterCount>& parameters,
              std::span<const double> points, std::span<const BatchRange> batches,
-             std::span<const Place> places);
+             std::span<const Place> places, bool on_opencl);
     /// [E, 1 − E, B][place], to the rule's highest order.
     Sums run(Masking masking, std::span<const Place> places);
 
@@ -91,6 +93,7 @@ class Bench {
     Engine& engine() { return engine_; }
     const JobSpec& job() const { return job_; }
     const Control& control() const { return control_; }
+    bool has_opencl() const { return opencl_ != nullptr; }
     DeviceReport device() const;
     std::uint64_t evaluations() const { return evaluations_; }
 
@@ -109,6 +112,28 @@ class Bench {
     double fraction_ = 0;
     std::uint64_t evaluations_ = 0;
 };
+
+/// A specular lobe with its default sampler; one line of lobes() adds a row everywhere.
+struct Lobe {
+    Distribution distribution;
+    Masking masking;
+    bool softened = false;
+};
+const std::vector<Lobe>& lobes();
+std::string name_of(const Lobe& lobe);
+JobSpec job_of(const Lobe& lobe);
+
+/// A Fresnel model with its parameters; one line of fresnel_rows() adds a row.
+struct FresnelRow {
+    std::string name;
+    FresnelModel model;
+    double at_normal;  ///< F(1)
+    double at_grazing = 1;
+};
+std::vector<FresnelRow> fresnel_rows();
+
+/// "alpha | NoV"
+std::string place_column(const Place& place);
 
 /// One part of the study. `programs` are the specialisations that it launches in float.
 struct Part {
@@ -132,7 +157,8 @@ struct Pointwise {
     struct Term {
         std::size_t index;
         std::string quantity;
-        double scale = 0;  ///< rounding counts in units of this where the value is below it
+        /// Rounding counts in units of this where the value is below it.
+        std::function<double(const Place&)> scale = [](const Place&) { return 0.0; };
     };
     std::vector<Term> terms{};
     std::vector<std::pair<std::string, std::array<double, kPointScalars>>> points{};
@@ -140,12 +166,23 @@ struct Pointwise {
     /// Rounding of NoV on its way to what the model reads, in units.
     double NoV_units = 4;
     std::function<std::string(const Place&)> column{};
+    /// Off: its program is not worth building for one more look at the same numbers.
+    bool on_opencl = true;
+    /// A row for each term, named after the model and it.
+    bool rows_by_quantity = false;
     /// What is known in closed form, and where from; else long double decides.
     std::function<std::optional<double>(const Place&)> closed{};
     std::string closed_source{};
 };
 void run(Bench& bench, const Pointwise& pointwise, Findings& findings);
 KernelMaterial material_of(const Pointwise& pointwise);
+
+/// What is right at a place, of a term, and where from.
+using TruthOf = std::function<std::pair<double, std::string>(const Place&, std::size_t)>;
+/// Means over the points of a job's sampler, beside what is right. Tolerance: what replicates agree
+/// to, what none of them may have seen, and the rounding of sums.
+void run_sampled(Bench& bench, const Pointwise& pointwise, PointKind kind, Findings& findings,
+                 const TruthOf& truth);
 
 /// "1e-06", "0.5".
 std::string plain(double value);

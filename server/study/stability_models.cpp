@@ -24,7 +24,8 @@ std::vector<Place> grid(std::span<const double> alphas) {
 
 std::vector<Specialisation> programs_of(const std::vector<Pointwise>& all) {
     std::vector<Specialisation> programs;
-    for (const Pointwise& p : all) programs.push_back({material_of(p), Precision::float32});
+    for (const Pointwise& p : all)
+        if (p.on_opencl) programs.push_back({material_of(p), Precision::float32});
     return programs;
 }
 
@@ -34,6 +35,8 @@ Part part_of(std::vector<Pointwise> all) {
                 for (const Pointwise& p : all) run(bench, p, findings);
             }};
 }
+
+double one(const Place&) { return 1; }
 
 FresnelModel schlick(double f0, double f90 = 1, double exponent = 5) {
     return {.f0 = {f0}, .f90 = {f90}, .exponent = exponent};
@@ -49,17 +52,122 @@ FresnelModel f82(double f0, double tint) {
     return {.model = Fresnel::f82_tint, .f0 = {f0}, .f82 = {tint}};
 }
 
-struct FresnelRow {
-    const char* name;
-    FresnelModel model;
-    double at_normal;  ///< F(1)
-    double at_grazing = 1;
-};
-
 /// Born, Wolf, Principles of Optics, sections 1.5.2 and 14.2, at normal incidence.
 double normal(double eta, double k = 0) {
     return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
 }
+
+std::string model_word(const FresnelModel& model) { return std::string(to_word(model.model)); }
+
+void set_fresnel(Pointwise& p, const FresnelModel& model, std::size_t channel) {
+    const auto numbers = fresnel_parameters(model, 0);
+    std::copy(numbers.begin(), numbers.end(),
+              p.parameters.begin() + static_cast<std::ptrdiff_t>(channel * numbers.size()));
+}
+
+/// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
+Pointwise reflected(const FresnelRow& row) {
+    Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
+    p.material = {.fresnel = fresnel_function(row.model), .general = 1};
+    set_fresnel(p, row.model, 0);
+    // F0 + (F90 - F0) (1 - VoH)^n and the like are sums to which 1 is large.
+    const Fresnel model = row.model.model;
+    const bool sum = model == Fresnel::schlick || model == Fresnel::f82_tint;
+    p.terms = {{kColour, "F", [sum](const Place&) { return sum ? 1.0 : 0.0; }}};
+    p.points = {{"", {1, 0.5, 0.5, 0}}};
+    for (const double VoH : {0.0, 1e-40, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0 / 7, 0.5,
+                             0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
+        p.places.push_back({VoH, 0});
+    p.NoV_units = 16;  // VoH there is a product with lane_rsqrt(): 8e-7 relative
+    p.column = [](const Place& place) { return plain(place.NoV); };
+    p.closed = [row](const Place& place) -> std::optional<double> {
+        if (place.NoV == 1) return row.at_normal;
+        if (place.NoV == 0) return row.at_grazing;
+        return std::nullopt;
+    };
+    p.closed_source = "closed form at 0 and 90 degrees";
+    return p;
+}
+
+/// 1 − F under a white Lambert lobe, from the light at the pole and from the horizon opposite.
+Pointwise transmitted(const FresnelRow& row) {
+    Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
+    p.material = {.importance = static_cast<int>(Importance::cosine),
+                  .fresnel = fresnel_function(row.model),
+                  .general = 1};
+    set_fresnel(p, row.model, 0);
+    p.parameters[kAlbedoParameter] = 1;
+    p.terms = {{kTransmitted, "1 - F", one}};  // a difference from 1
+    p.on_opencl = false;
+    p.points = {{"L = N", {1, 1, 0, 0}}, {"L at the horizon", {-1, 0, 1, 0}}};
+    for (const double NoV : {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 1.0}) p.places.push_back({NoV, 0});
+    p.column = [](const Place& place) { return plain(place.NoV); };
+    return p;
+}
+
+/// The weight of a cosine-distributed light, π D V (of a uniform one, 2π NoL D V), at the mirror
+/// direction and off it.
+Pointwise lobe_value(const Lobe& lobe) {
+    JobSpec job = job_of(lobe);
+    const bool charlie = lobe.distribution == Distribution::charlie;
+    if (!charlie) job.importance = Importance::cosine;
+    Pointwise p{"Lobes: pi D V", name_of(lobe), name_of(lobe), lobe_of(job)};
+    p.material.general = 1;
+    p.material.terms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit;  // as sampled_part() has it
+    p.parameters[kExponentParameter] = 5;
+    p.terms = {{kWeight, charlie ? "2 pi NoL D V" : "pi D V"}};
+    for (const double NoL : {1e-6, 1e-3, 0.1, 0.5, 1.0})
+        for (const double cos_phi : {-1.0, 0.0, 1.0}) {
+            const double sinL = std::sqrt((1 - NoL) * (1 + NoL));
+            p.points.push_back({"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi),
+                                {cos_phi, NoL, sinL, 0}});
+        }
+    p.places = grid(kAlphas);
+    p.column = place_column;
+    return p;
+}
+
+/// A sample of the visible normals on the fast path: G2 / G1, its part under F90, and 1 − G2 / G1.
+Pointwise fast_sample(const Lobe& lobe) {
+    const JobSpec job = job_of(lobe);
+    Pointwise p{"Samples of visible normals", name_of(lobe), "", lobe_of(job)};
+    p.rows_by_quantity = true;
+    // At normal view a sample's own deficit vanishes as the light rises; their mean is alpha^2.
+    const auto mean = [](const Place& place) { return place.alpha * place.alpha; };
+    p.terms = {{kWeight, "G2/G1"}, {kSchlick, "F90's part", one}, {kDeficit, "1 - G2/G1", mean}};
+    for (const double u : {1e-7, 1e-3, 0.5, 0.999})
+        for (const double cos_phi : {-1.0, 0.0, 1.0})
+            p.points.push_back(
+                {"u " + plain(u) + ", cos phi " + plain(cos_phi), {cos_phi, 1 - u, u, 0}});
+    p.places = grid(kAlphas);
+    p.column = place_column;
+    return p;
+}
+
+/// π f at roughness √alpha, for a black, a grey and a white surface.
+Pointwise diffuse_value(DiffuseModel model) {
+    const std::string name(to_word(model));
+    Pointwise p{"Diffuse: pi f", name, name, {}};
+    p.material = {.importance = static_cast<int>(Importance::cosine),
+                  .diffuse = static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert),
+                  .general = 1};
+    const double albedos[] = {0, 0.5, 1};
+    for (std::size_t c = 0; c < 3; ++c) {
+        p.parameters[kAlbedoParameter + c] = albedos[c];
+        p.terms.push_back({kDiffuse + c, "albedo " + plain(albedos[c]),
+                           [a = albedos[c]](const Place&) { return a; }});
+    }
+    for (const double NoL : {1e-6, 1e-3, 0.5, 1.0})  // no sampler draws 0
+        for (const double cos_phi : {-1.0, 0.0, 1.0})
+            p.points.push_back({"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi),
+                                {cos_phi, NoL, std::sqrt((1 - NoL) * (1 + NoL)), 0}});
+    const double alphas[] = {0, 1e-40, 1e-6, 1e-3, 0.25, 1};
+    p.places = grid(alphas);
+    p.column = place_column;
+    return p;
+}
+
+}  // namespace
 
 std::vector<FresnelRow> fresnel_rows() {
     const double just_above = 1 + 1e-7, just_below = 1 - 1e-7;
@@ -94,138 +202,41 @@ std::vector<FresnelRow> fresnel_rows() {
     };
 }
 
-std::string model_word(const FresnelModel& model) { return std::string(to_word(model.model)); }
-
-void set_fresnel(Pointwise& p, const FresnelModel& model, std::size_t channel) {
-    const auto numbers = fresnel_parameters(model, 0);
-    std::copy(numbers.begin(), numbers.end(),
-              p.parameters.begin() + static_cast<std::ptrdiff_t>(channel * numbers.size()));
-}
-
-/// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
-Pointwise reflected(const FresnelRow& row) {
-    Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
-    p.material = {.fresnel = fresnel_function(row.model), .general = 1};
-    set_fresnel(p, row.model, 0);
-    p.terms = {{kColour, "F"}};
-    p.points = {{"", {1, 0.5, 0.5, 0}}};
-    for (const double VoH : {0.0, 1e-40, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0 / 7, 0.5,
-                             0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
-        p.places.push_back({VoH, 0});
-    p.NoV_units = 16;  // VoH there is a product with lane_rsqrt(): 8e-7 relative
-    p.column = [](const Place& place) { return plain(place.NoV); };
-    p.closed = [row](const Place& place) -> std::optional<double> {
-        if (place.NoV == 1) return row.at_normal;
-        if (place.NoV == 0) return row.at_grazing;
-        return std::nullopt;
+const std::vector<Lobe>& lobes() {
+    static const std::vector<Lobe> all = {
+        {Distribution::ggx, Masking::smith_correlated},
+        {Distribution::ggx, Masking::smith_separable},
+        {Distribution::ggx, Masking::karis_ibl},
+        {Distribution::ggx, Masking::karis_direct},
+        {Distribution::ggx, Masking::unreal_joint},
+        {Distribution::beckmann, Masking::smith_correlated},
+        {Distribution::beckmann, Masking::smith_separable},
+        {Distribution::charlie, Masking::neubelt},
+        {Distribution::charlie, Masking::charlie},
+        {Distribution::charlie, Masking::charlie, true},
     };
-    p.closed_source = "closed form at 0 and 90 degrees";
-    return p;
+    return all;
 }
-
-/// 1 − F under a white Lambert lobe, from the light at the pole and from the horizon opposite.
-Pointwise transmitted(const FresnelRow& row) {
-    Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
-    p.material = {.importance = static_cast<int>(Importance::cosine),
-                  .fresnel = fresnel_function(row.model),
-                  .general = 1};
-    set_fresnel(p, row.model, 0);
-    p.parameters[kAlbedoParameter] = 1;
-    p.terms = {{kTransmitted, "1 - F", 1}};  // a difference from 1
-    p.points = {{"L = N", {1, 1, 0, 0}}, {"L at the horizon", {-1, 0, 1, 0}}};
-    for (const double NoV : {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 1.0}) p.places.push_back({NoV, 0});
-    p.column = [](const Place& place) { return plain(place.NoV); };
-    return p;
-}
-
-struct Lobe {
-    Distribution distribution;
-    Masking masking;
-    bool softened = false;
-};
-
-const Lobe kLobes[] = {
-    {Distribution::ggx, Masking::smith_correlated},
-    {Distribution::ggx, Masking::smith_separable},
-    {Distribution::ggx, Masking::karis_ibl},
-    {Distribution::ggx, Masking::karis_direct},
-    {Distribution::ggx, Masking::unreal_joint},
-    {Distribution::beckmann, Masking::smith_correlated},
-    {Distribution::beckmann, Masking::smith_separable},
-    {Distribution::charlie, Masking::neubelt},
-    {Distribution::charlie, Masking::charlie},
-    {Distribution::charlie, Masking::charlie, true},
-};
 
 std::string name_of(const Lobe& lobe) {
     return std::string(to_word(lobe.distribution)) + ", " + std::string(to_word(lobe.masking)) +
            (lobe.softened ? ", softened" : "");
 }
 
-std::string place_column(const Place& place) {
-    return plain(place.alpha) + " | " + plain(place.NoV);
-}
-
-/// π D V: the weight of a cosine-distributed light, at the mirror direction and off it.
-Pointwise lobe_value(const Lobe& lobe) {
+JobSpec job_of(const Lobe& lobe) {
     JobSpec job;
     job.distribution = lobe.distribution;
     job.masking = lobe.masking;
     job.terminator_softening = lobe.softened;
-    job.importance = Importance::cosine;
-    Pointwise p{"Lobes: pi D V", name_of(lobe), name_of(lobe), lobe_of(job)};
-    p.material.general = 1;
-    p.terms = {{kWeight, "pi D V"}};
-    for (const double NoL : {1e-6, 1e-3, 0.1, 0.5, 1.0})
-        for (const double cos_phi : {-1.0, 0.0, 1.0}) {
-            const double sinL = std::sqrt((1 - NoL) * (1 + NoL));
-            p.points.push_back({"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi),
-                                {cos_phi, NoL, sinL, 0}});
-        }
-    p.places = grid(kAlphas);
-    p.column = place_column;
-    return p;
+    job.importance = lobe.distribution == Distribution::ggx        ? Importance::vndf
+                     : lobe.distribution == Distribution::beckmann ? Importance::ndf
+                                                                   : Importance::uniform;
+    return job;
 }
 
-/// A sample of the visible normals on the fast path: G2 / G1, its part under F90, and 1 − G2 / G1.
-Pointwise fast_sample(const Lobe& lobe) {
-    JobSpec job;
-    job.masking = lobe.masking;
-    Pointwise p{"Samples of visible normals", name_of(lobe), "", lobe_of(job)};
-    p.row = std::string(to_word(lobe.masking));
-    p.terms = {{kWeight, "G2/G1"}, {kSchlick, "(1 - VoH)^5 G2/G1", 1}, {kDeficit, "1 - G2/G1"}};
-    for (const double u : {1e-7, 1e-3, 0.5, 0.999})
-        for (const double cos_phi : {-1.0, 0.0, 1.0})
-            p.points.push_back(
-                {"u " + plain(u) + ", cos phi " + plain(cos_phi), {cos_phi, 1 - u, u, 0}});
-    p.places = grid(kAlphas);
-    p.column = place_column;
-    return p;
+std::string place_column(const Place& place) {
+    return plain(place.alpha) + " | " + plain(place.NoV);
 }
-
-/// π f at roughness √alpha, for a black, a grey and a white surface.
-Pointwise diffuse_value(DiffuseModel model) {
-    const std::string name(to_word(model));
-    Pointwise p{"Diffuse: pi f", name, name, {}};
-    p.material = {.importance = static_cast<int>(Importance::cosine),
-                  .diffuse = static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert),
-                  .general = 1};
-    const double albedos[] = {0, 0.5, 1};
-    for (std::size_t c = 0; c < 3; ++c) {
-        p.parameters[kAlbedoParameter + c] = albedos[c];
-        p.terms.push_back({kDiffuse + c, "albedo " + plain(albedos[c]), albedos[c]});
-    }
-    for (const double NoL : {0.0, 1e-6, 1e-3, 0.5, 1.0})
-        for (const double cos_phi : {-1.0, 0.0, 1.0})
-            p.points.push_back({"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi),
-                                {cos_phi, NoL, std::sqrt((1 - NoL) * (1 + NoL)), 0}});
-    const double alphas[] = {0, 1e-40, 1e-6, 1e-3, 0.25, 1};
-    p.places = grid(alphas);
-    p.column = place_column;
-    return p;
-}
-
-}  // namespace
 
 Part fresnel_part() {
     std::vector<Pointwise> all;
@@ -238,7 +249,7 @@ Part fresnel_part() {
 
 Part lobes_part() {
     std::vector<Pointwise> all;
-    for (const Lobe& lobe : kLobes) {
+    for (const Lobe& lobe : lobes()) {
         all.push_back(lobe_value(lobe));
         if (lobe.distribution == Distribution::ggx && lobe.masking <= Masking::smith_separable)
             all.push_back(fast_sample(lobe));

@@ -39,8 +39,8 @@ class Judge {
     Judge(const Pointwise& p, const KernelMaterial& material, const Format& format)
         : p_(p), material_(material), format_(format) {}
 
-    Right operator()(const Pointwise::Term& term, WideInputs at) {
-        term_ = term.index;
+    Right operator()(std::size_t term, double scale, WideInputs at) {
+        term_ = term;
         at_ = at;
         const long double value = wide_term(material_, term_, at_);
         value_ = value;
@@ -53,7 +53,7 @@ class Judge {
         for (long double& number : at_.parameters) vary(number, kParameterUnits);
         const double there = held(static_cast<double>(value));
         if (std::isinf(there)) return {there, 0};
-        const double size = std::max(std::abs(there), term.scale);
+        const double size = std::max(std::abs(there), scale);
         const double own = kForwardUnits * format_.unit * size;
         return {there, own + static_cast<double>(spread_) +
                            kUnderflow[format_.single ? 0 : 1]};
@@ -106,28 +106,36 @@ KernelMaterial material_of(const Pointwise& pointwise) {
 
 void run(Bench& bench, const Pointwise& p, Findings& findings) {
     const KernelMaterial material = material_of(p);
+    // Terms that ride along have their sums, but no judge.
+    std::vector<std::size_t> plane(kTermCount);
+    std::size_t planes = 0;
+    for (std::size_t t = 0; t < kTermCount; ++t)
+        if (material.terms >> t & 1) plane[t] = planes++;
     std::vector<double> points;
     std::vector<BatchRange> batches;
     for (const auto& [name, point] : p.points) {
         batches.push_back({static_cast<unsigned>(batches.size()), 1});
         points.insert(points.end(), point.begin(), point.end());
     }
-    const Bench::Sums sums = bench.run(material, p.parameters, points, batches, p.places);
+    const Bench::Sums sums = bench.run(material, p.parameters, points, batches, p.places, p.on_opencl);
     Judge single(p, material, kSingle), in_double(p, material, kDouble);
-    std::vector<Pointwise::Term> terms = p.terms;
-    std::sort(terms.begin(), terms.end(),
-              [](const auto& a, const auto& b) { return a.index < b.index; });
+    const std::vector<Pointwise::Term>& terms = p.terms;
     for (std::size_t b = 0; b < p.points.size(); ++b) {
         bench.look();
         for (std::size_t t = 0; t < terms.size(); ++t)
             for (std::size_t i = 0; i < p.places.size(); ++i) {
                 const Place& place = p.places[i];
-                Finding found{p.family, p.model, p.row, p.column(place), terms[t].quantity,
+                const std::string row =
+                    p.rows_by_quantity ? p.model + ": " + terms[t].quantity : p.row;
+                Finding found{p.family, p.model, row, p.column(place), terms[t].quantity,
                               p.points[b].first, "the kernel in long double", place.NoV,
-                              place.alpha, {}, {}, {}};
+                              place.alpha, {}, {}, {}, terms[t].scale(place)};
                 const auto& point = p.points[b].second;
-                found.in_float = single(terms[t], inputs_of(p, point, place, kSingle));
-                found.in_double = in_double(terms[t], inputs_of(p, point, place, kDouble));
+                const std::size_t index = terms[t].index;
+                found.in_float =
+                    single(index, found.scale, inputs_of(p, point, place, kSingle));
+                found.in_double =
+                    in_double(index, found.scale, inputs_of(p, point, place, kDouble));
                 if (std::isnan(found.in_double.value)) continue;  // the model has no value there
                 if (p.closed)
                     if (const auto known = p.closed(place)) {
@@ -136,7 +144,7 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
                     }
                 for (std::size_t a = 0; a < kArithmetics; ++a)
                     if (!sums[a].empty())
-                        found.values[a] = sums[a][(b * terms.size() + t) * p.places.size() + i];
+                        found.values[a] = sums[a][(b * planes + plane[index]) * p.places.size() + i];
                 findings.add(std::move(found));
             }
     }

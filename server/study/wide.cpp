@@ -16,6 +16,7 @@ inline real lane_fma(real a, real b, real c) { return a * b + c; }
 #undef K
 #define K(literal) literal##L
 
+#define KILN_TINY 3.4e-4932L
 // In place of kernels/lane_math.h and lane_arc.h, which are fitted to float and double.
 inline real lane_min(real a, real b) { return a > b ? b : a; }
 inline real lane_max(real a, real b) { return a < b ? b : a; }
@@ -26,6 +27,7 @@ inline real lane_exp2(real x) { return std::exp2(x); }
 inline real lane_exp_minus_square(real x) { return std::exp(-x * x); }
 inline real lane_log2(real x) { return std::log2(x); }
 inline real lane_pow(real x, real y) { return std::pow(x, y); }
+inline real lane_pow_one_minus(real x, real y) { return std::exp(y * std::log1p(-x)); }
 inline real lane_acos(real x) { return std::acos(x); }
 inline real lane_asin(real x) { return std::asin(x); }
 inline real lane_erfcx_deficit(real a) {
