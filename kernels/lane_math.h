@@ -169,8 +169,8 @@ KILN_CALLED real lane_pow(real x, real y) {
     return lane_exp2_pair(exponent);
 }
 
-// (1 − x)^y of x in [0, 1] and y > 0, as lane_pow(), with what 1 − x loses to rounding put right: of
-// a large y it is felt.
+// (1 − x)^y of x in [0, 1] and y > 0, as lane_pow(), with what 1 − x loses to rounding put right:
+// of a large y it is felt.
 KILN_CALLED real lane_pow_one_minus(real x, real y) {
     const real m = K(1.0) - x, lost = (K(1.0) - m) - x;
     const RealPair log2 = lane_log2_pair(m);
@@ -180,5 +180,5 @@ KILN_CALLED real lane_pow_one_minus(real x, real y) {
     RealPair exponent;
     exponent.hi = hi + rest;
     exponent.lo = rest - (exponent.hi - hi);
-    return lane_exp2_pair(exponent);
+    return lane_select(m > K(0.0), lane_exp2_pair(exponent), lanes(K(0.0)));
 }

@@ -60,8 +60,8 @@ HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, dou
         const double t = width * std::sinh(v), t2 = t * t;
         const double up = NoV * (1 - t2), side = 2 * sinV * t;
         if (side + up <= 0) return {};
-        const double end = up >= side ? std::numbers::pi
-                                      : 2 * std::atan(std::sqrt((side + up) / (side - up)));
+        const double end =
+            up >= side ? std::numbers::pi : 2 * std::atan(std::sqrt((side + up) / (side - up)));
         const double inverse = 1 / (1 + t2), NoH = std::sqrt(inverse), sin2_H = t2 * inverse;
         const double D = one_lane::microfacet_D(lobe.distribution, alpha, NoH, sin2_H);
         const double measure =
@@ -78,9 +78,9 @@ HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, dou
             s.NoH = NoH;
             s.sin2_H = sin2_H;
             if (!(s.NoL > 0)) return {};
-            const double f = one_lane::microfacet_visibility(lobe.distribution, lobe.masking,
-                                                             alpha, s) *
-                             4 * s.VoH * s.NoL * measure;
+            const double f =
+                one_lane::microfacet_visibility(lobe.distribution, lobe.masking, alpha, s) * 4 *
+                s.VoH * s.NoL * measure;
             return {f, f * one_lane::fresnel_schlick_weight(s.VoH)};
         };
         return integral<2>(around, 0, end, absolute);

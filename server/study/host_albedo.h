@@ -19,7 +19,6 @@ struct HostAlbedo {
 HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute);
 
 /// Albedo of a diffuse model, of the kernels' pi f in double.
-double host_diffuse_albedo(int model, double NoV, double roughness, double albedo,
-                           double absolute);
+double host_diffuse_albedo(int model, double NoV, double roughness, double albedo, double absolute);
 
 }  // namespace kiln

@@ -26,9 +26,7 @@ std::string text(const char* format, auto... values) {
     return buffer;
 }
 
-std::string number(double value) {
-    return std::isnan(value) ? "nan" : text("%.5g", value);
-}
+std::string number(double value) { return std::isnan(value) ? "nan" : text("%.5g", value); }
 
 /// As part of what is right, or of its scale; of 0, itself.
 double shown_error(const Finding& f) {
@@ -61,15 +59,15 @@ struct Group {
 Verdict verdict_of(const std::string& name, const Group& group) {
     const Finding& worst = *group.worst;
     Verdict v{name, group.failed == 0, true, worst.strain(), 1.0, ""};
-    v.words = v.holds ? text("every value within its tolerance at %zu places; nearest to it: ",
-                             group.count)
-                      : text("%zu of %zu places beyond tolerance; worst: ", group.failed,
-                             group.count);
+    v.words =
+        v.holds
+            ? text("every value within its tolerance at %zu places; nearest to it: ", group.count)
+            : text("%zu of %zu places beyond tolerance; worst: ", group.failed, group.count);
     v.words += place_of(worst) + " (";
     constexpr const char* names[] = {"float ", "OpenCL ", "double "};
     for (std::size_t a = 0; a < kArithmetics; ++a)
-        if (worst.values[a] && (a != kOpenClFloat || number(*worst.values[a]) !=
-                                                         number(*worst.values[kNativeFloat])))
+        if (worst.values[a] &&
+            (a != kOpenClFloat || number(*worst.values[a]) != number(*worst.values[kNativeFloat])))
             v.words += names[a] + number(*worst.values[a]) + ", ";
     v.words += "right " + number(worst.in_double.value) + ")";
     return v;
@@ -126,27 +124,42 @@ Verdict claim(const char* name, const std::vector<Finding>& findings,
 
 std::vector<Verdict> claims(const std::vector<Finding>& findings) {
     return {
-        claim("every model is finite", findings,
-              [](const Finding& f) { return std::isinf(f.in_float.value); },
-              "a lobe of alpha 0 is no function; charlie's visibility has a pole at NoV 0"),
-        claim("F is nowhere negative", findings,
-              [](const Finding& f) { return f.quantity == "F" && f.in_double.value < -1e-9; },
-              "F82's formula is, for dark tints"),
-        claim("no lobe reflects more than it gets", findings,
-              [](const Finding& f) {
-                  const bool albedo = f.quantity == "E" || f.family == "Diffuse albedos";
-                  return albedo && f.in_double.value > 1 + 1e-6;
-              },
-              "as published"),
+        claim(
+            "every model is finite", findings,
+            [](const Finding& f) { return std::isinf(f.in_float.value); },
+            "a lobe of alpha 0 is no function; charlie's visibility has a pole at NoV 0"),
+        claim(
+            "F is nowhere negative", findings,
+            [](const Finding& f) { return f.quantity == "F" && f.in_double.value < -1e-9; },
+            "F82's formula is, for dark tints"),
+        claim(
+            "no lobe reflects more than it gets", findings,
+            [](const Finding& f) {
+                const bool albedo = f.quantity == "E" || f.family == "Diffuse albedos";
+                return albedo && f.in_double.value > 1 + 1e-6;
+            },
+            "as published"),
     };
 }
 
 StudyTable table_of(const std::vector<Finding>& findings) {
     StudyTable table;
-    table.columns = {"family",          "model",        "case",           "quantity",
-                     "NoV",             "alpha",        "input",          "right",
-                     "source",          "native_float", "opencl_float",   "native_double",
-                     "error_float",     "error_double", "tolerance_float", "tolerance_double",
+    table.columns = {"family",
+                     "model",
+                     "case",
+                     "quantity",
+                     "NoV",
+                     "alpha",
+                     "input",
+                     "right",
+                     "source",
+                     "native_float",
+                     "opencl_float",
+                     "native_double",
+                     "error_float",
+                     "error_double",
+                     "tolerance_float",
+                     "tolerance_double",
                      "passes"};
     const auto cell = [](std::optional<double> value) { return value ? Cell(*value) : Cell(); };
     for (const Finding& f : findings)
@@ -167,8 +180,8 @@ std::vector<std::string> in_order(const std::vector<const Finding*>& findings, O
 }
 
 HeatMap map_of(const std::string& family, const std::vector<const Finding*>& findings) {
-    HeatMap map{family + ": error in float", "alpha | NoV", "", "of the value", {}, {}, {}, 1e-9,
-                1e-2, {}};
+    HeatMap map{
+        family + ": error in float", "alpha | NoV", "", "of the value", {}, {}, {}, 1e-9, 1e-2, {}};
     if (family == "Fresnel") map.x_label = "VoH; of 1 - F, NoV";
     map.rows = in_order(findings, [](const Finding& f) { return f.row; });
     map.columns = in_order(findings, [](const Finding& f) { return f.column; });
@@ -180,7 +193,8 @@ HeatMap map_of(const std::string& family, const std::vector<const Finding*>& fin
             return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) -
                                             names.begin());
         };
-        const std::size_t i = at(map.rows, f->row) * map.columns.size() + at(map.columns, f->column);
+        const std::size_t i =
+            at(map.rows, f->row) * map.columns.size() + at(map.columns, f->column);
         const double shown = shown_error(*f);
         if (!(shown <= map.values[i])) map.values[i] = shown;
         if (!f->passes()) map.marked[i] = true;
@@ -205,9 +219,9 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
 Studied study_stability(Engine& engine, const JobSpec& job, const Control& control) {
     const auto start = std::chrono::steady_clock::now();
     Bench bench(engine, job, control);
-    const std::vector<Part> parts = {fresnel_part(),   lobes_part(),          diffuse_part(),
-                                     quadrature_part(), sampled_part(), diffuse_albedo_part(),
-                                     averages_part(), couplings_part()};
+    const std::vector<Part> parts = {fresnel_part(),    lobes_part(),    diffuse_part(),
+                                     quadrature_part(), sampled_part(),  diffuse_albedo_part(),
+                                     averages_part(),   couplings_part()};
     std::vector<Specialisation> programs;
     for (const Part& part : parts)
         for (const Specialisation& what : part.programs)
@@ -230,9 +244,10 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
     for (Verdict& verdict : claims(findings)) made.study.verdicts.push_back(std::move(verdict));
     made.study.table = table_of(findings);
     made.study.charts = charts_of(findings);
-    made.study.notes = {text("%zu values in float and double; the worst of each cell is kept, %zu "
-                             "in all. Cells with a frame are beyond tolerance.",
-                             all.values(), findings.size())};
+    made.study.notes = {
+        text("%zu values in float and double; the worst of each cell is kept, %zu "
+             "in all. Cells with a frame are beyond tolerance.",
+             all.values(), findings.size())};
     const auto seconds = [](auto from, auto to) {
         return std::chrono::duration<double>(to - from).count();
     };

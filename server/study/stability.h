@@ -27,7 +27,9 @@ using Readings = std::array<std::optional<double>, kArithmetics>;
 struct Format {
     double unit, tiny;
     bool single;
-    double rounded(double x) const { return single ? static_cast<double>(static_cast<float>(x)) : x; }
+    double rounded(double x) const {
+        return single ? static_cast<double>(static_cast<float>(x)) : x;
+    }
 };
 inline constexpr Format kSingle{0x1p-24, 0x1p-63, true}, kDouble{0x1p-53, 0x1p-511, false};
 
@@ -83,7 +85,7 @@ class Bench {
     Sums run(const KernelMaterial& material, const std::array<double, kParameterCount>& parameters,
              std::span<const double> points, std::span<const BatchRange> batches,
              std::span<const Place> places, bool on_opencl);
-    /// [E, 1 − E, B][place], to the rule's highest order.
+    /// [E, 1 − E, B][place], at one order.
     Sums run(Masking masking, std::span<const Place> places);
 
     /// Says how far the study is, and throws Cancelled.
@@ -166,6 +168,9 @@ struct Pointwise {
     /// Rounding of NoV on its way to what the model reads, in units.
     double NoV_units = 4;
     std::function<std::string(const Place&)> column{};
+    /// Rounded operations on the longest way through the model: some 30, their errors of either
+    /// sign.
+    double forward_units = 32;
     /// Off: its program is not worth building for one more look at the same numbers.
     bool on_opencl = true;
     /// A row for each term, named after the model and it.

@@ -21,8 +21,19 @@ void add_average(Findings& findings, const std::string& model, const std::string
                  std::optional<double> alpha = {}) {
     Readings values;
     values[kNativeDouble] = value;
-    findings.add({"Averages", model, row, column, "average", "", source, {}, alpha, right, right,
-                  values, 0});
+    findings.add({"Averages",
+                  model,
+                  row,
+                  column,
+                  "average",
+                  "",
+                  source,
+                  {},
+                  alpha,
+                  right,
+                  right,
+                  values,
+                  0});
 }
 
 /// 1 - E_avg, which goes to 0 with alpha: its leading terms, and the closed forms at alpha = 1.
@@ -100,8 +111,10 @@ std::vector<Total> totals() {
         const auto job = [&](const FresnelModel& F) {
             return total_job(Quantity::compensated_albedo, F, m);
         };
-        all.push_back({name, name + ", F = 1", job(white), [](auto&, double) { return 1.0; }, true});
-        all.push_back({name, name + ", F = 0", job(black), [](auto&, double) { return 0.0; }, true});
+        all.push_back(
+            {name, name + ", F = 1", job(white), [](auto&, double) { return 1.0; }, true});
+        all.push_back(
+            {name, name + ", F = 0", job(black), [](auto&, double) { return 0.0; }, true});
     }
     for (const Coupling c :
          {Coupling::none, Coupling::half_vector, Coupling::view, Coupling::kelemen})
@@ -120,8 +133,8 @@ std::vector<Total> totals() {
                                return adds ? rho + E : fills ? rho + (1 - rho) * E : E;
                            },
                            false});
-            all.push_back({model, row + ", ior 1", job(nothing),
-                           [=](auto&, double) { return rho; }, true});
+            all.push_back(
+                {model, row + ", ior 1", job(nothing), [=](auto&, double) { return rho; }, true});
             if (c == Coupling::half_vector) continue;
             // At alpha = 0 the lobe is F(NoV).
             all.push_back({model, row + ", F0 0.04", job(glass),
@@ -150,10 +163,10 @@ class TotalRun {
         JobSpec job = total_.job;
         job.layout = "custom";
         job.resolution = {2, corner.alpha[0] == corner.alpha[1] ? 1 : 2};
-        job.axes = {{Parameter::NoV, Mapping::linear, Grid::node, false, corner.NoV[0],
-                     corner.NoV[1]},
-                    {Parameter::alpha, Mapping::linear, Grid::node, false, corner.alpha[0],
-                     corner.alpha[1]}};
+        job.axes = {
+            {Parameter::NoV, Mapping::linear, Grid::node, false, corner.NoV[0], corner.NoV[1]},
+            {Parameter::alpha, Mapping::linear, Grid::node, false, corner.alpha[0],
+             corner.alpha[1]}};
         job.seed = bench_.job().seed;
         std::array<Outcome, kArithmetics> outcomes;
         for (std::size_t a = 0; a < kArithmetics; ++a) {
@@ -171,8 +184,19 @@ class TotalRun {
     void judge(const Place& place, double E, const std::array<Outcome, kArithmetics>& outcomes,
                std::size_t texel) {
         const double right = total_.right(place, E);
-        Finding found{"Compensation and couplings", total_.model, total_.row, place_column(place),
-                      "albedo", "", "closed form", place.NoV, place.alpha, {}, {}, {}, 1};
+        Finding found{"Compensation and couplings",
+                      total_.model,
+                      total_.row,
+                      place_column(place),
+                      "albedo",
+                      "",
+                      "closed form",
+                      place.NoV,
+                      place.alpha,
+                      {},
+                      {},
+                      {},
+                      1};
         double error = 0;
         for (std::size_t a = 0; a < kArithmetics; ++a) {
             if (outcomes[a].table.planes.empty()) continue;
@@ -182,7 +206,8 @@ class TotalRun {
         // Tables hold floats: half a unit of the last place is 6e-8 of the value in double too.
         const double size = std::max(1.0, std::abs(right));
         const double chance =
-            total_.exact ? 0 : 7 * error + 8.0 * size / static_cast<double>(total_.job.sample_count);
+            total_.exact ? 0
+                         : 7 * error + 8.0 * size / static_cast<double>(total_.job.sample_count);
         found.in_float = {right, chance + 3e-6 * size};
         found.in_double = {right, chance + 1e-7 * size};
         findings_.add(std::move(found));
@@ -206,8 +231,10 @@ Part averages_part() {
 Part couplings_part() {
     return {{}, [](Bench& bench, Findings& findings) {
                 const std::vector<Total> all = totals();
-                const Corner corners[] = {{{0, 1e-6}, {0, 1e-6}}, {{1e-3, 1}, {0, 1e-6}},
-                                          {{0, 1e-6}, {1e-3, 1}}, {{1e-3, 1}, {1e-3, 1}}};
+                const Corner corners[] = {{{0, 1e-6}, {0, 1e-6}},
+                                          {{1e-3, 1}, {0, 1e-6}},
+                                          {{0, 1e-6}, {1e-3, 1}},
+                                          {{1e-3, 1}, {1e-3, 1}}};
                 for (const Corner& corner : corners) {
                     std::array<double, 4> E{};
                     for (std::size_t i = 0; i < 4; ++i)

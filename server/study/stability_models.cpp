@@ -115,12 +115,14 @@ Pointwise lobe_value(const Lobe& lobe) {
     p.material.general = 1;
     p.material.terms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit;  // as sampled_part() has it
     p.parameters[kExponentParameter] = 5;
+    // Its masking is the exponential of up to 14 (softened, 42), made in some eight operations.
+    if (lobe.masking == Masking::charlie) p.forward_units += 8 * (lobe.softened ? 42 : 14);
     p.terms = {{kWeight, charlie ? "2 pi NoL D V" : "pi D V"}};
     for (const double NoL : {1e-6, 1e-3, 0.1, 0.5, 1.0})
         for (const double cos_phi : {-1.0, 0.0, 1.0}) {
             const double sinL = std::sqrt((1 - NoL) * (1 + NoL));
-            p.points.push_back({"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi),
-                                {cos_phi, NoL, sinL, 0}});
+            p.points.push_back(
+                {"NoL " + plain(NoL) + ", cos phi " + plain(cos_phi), {cos_phi, NoL, sinL, 0}});
         }
     p.places = grid(kAlphas);
     p.column = place_column;

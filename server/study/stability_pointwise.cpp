@@ -14,8 +14,6 @@ namespace kiln::stability {
 
 namespace {
 
-/// Rounded operations on the longest way through a model: some 30, their errors of either sign.
-constexpr double kForwardUnits = 32;
 /// Of points and alpha: rounded once on the host, and in each of a few operations that follow.
 constexpr double kInputUnits = 4;
 /// Parameters are rounded once, from double.
@@ -23,7 +21,8 @@ constexpr double kParameterUnits = 1;
 /// lane_exp2() is 0 below 2^-125 (2^-1021), and a visibility there up to 1e12.
 constexpr double kUnderflow[] = {1e-25, 1e-295};
 
-/// The long doubles that a sample reads, as this format holds them; parameters as the host has them.
+/// The long doubles that a sample reads, as this format holds them; parameters as the host has
+/// them.
 WideInputs inputs_of(const Pointwise& p, const std::array<double, kPointScalars>& point,
                      const Place& place, const Format& format) {
     WideInputs at;
@@ -54,9 +53,8 @@ class Judge {
         const double there = held(static_cast<double>(value));
         if (std::isinf(there)) return {there, 0};
         const double size = std::max(std::abs(there), scale);
-        const double own = kForwardUnits * format_.unit * size;
-        return {there, own + static_cast<double>(spread_) +
-                           kUnderflow[format_.single ? 0 : 1]};
+        const double own = p_.forward_units * format_.unit * size;
+        return {there, own + static_cast<double>(spread_) + kUnderflow[format_.single ? 0 : 1]};
     }
 
   private:
@@ -117,7 +115,8 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
         batches.push_back({static_cast<unsigned>(batches.size()), 1});
         points.insert(points.end(), point.begin(), point.end());
     }
-    const Bench::Sums sums = bench.run(material, p.parameters, points, batches, p.places, p.on_opencl);
+    const Bench::Sums sums =
+        bench.run(material, p.parameters, points, batches, p.places, p.on_opencl);
     Judge single(p, material, kSingle), in_double(p, material, kDouble);
     const std::vector<Pointwise::Term>& terms = p.terms;
     for (std::size_t b = 0; b < p.points.size(); ++b) {
@@ -127,13 +126,22 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
                 const Place& place = p.places[i];
                 const std::string row =
                     p.rows_by_quantity ? p.model + ": " + terms[t].quantity : p.row;
-                Finding found{p.family, p.model, row, p.column(place), terms[t].quantity,
-                              p.points[b].first, "the kernel in long double", place.NoV,
-                              place.alpha, {}, {}, {}, terms[t].scale(place)};
+                Finding found{p.family,
+                              p.model,
+                              row,
+                              p.column(place),
+                              terms[t].quantity,
+                              p.points[b].first,
+                              "the kernel in long double",
+                              place.NoV,
+                              place.alpha,
+                              {},
+                              {},
+                              {},
+                              terms[t].scale(place)};
                 const auto& point = p.points[b].second;
                 const std::size_t index = terms[t].index;
-                found.in_float =
-                    single(index, found.scale, inputs_of(p, point, place, kSingle));
+                found.in_float = single(index, found.scale, inputs_of(p, point, place, kSingle));
                 found.in_double =
                     in_double(index, found.scale, inputs_of(p, point, place, kDouble));
                 if (std::isnan(found.in_double.value)) continue;  // the model has no value there
@@ -144,7 +152,8 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
                     }
                 for (std::size_t a = 0; a < kArithmetics; ++a)
                     if (!sums[a].empty())
-                        found.values[a] = sums[a][(b * planes + plane[index]) * p.places.size() + i];
+                        found.values[a] =
+                            sums[a][(b * planes + plane[index]) * p.places.size() + i];
                 findings.add(std::move(found));
             }
     }

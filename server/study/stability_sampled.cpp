@@ -64,8 +64,8 @@ Pointwise diffuse_pointwise(DiffuseModel model) {
 double fon_albedo(double NoV, double roughness) {
     constexpr double pi = 3.14159265358979323846;
     const double S = std::sqrt((1 - NoV) * (1 + NoV));
-    const double G = S * (std::acos(NoV) - S * NoV) +
-                     2.0 / 3 * S * (NoV * (1 + S + S * S) / (1 + S) - 1);
+    const double G =
+        S * (std::acos(NoV) - S * NoV) + 2.0 / 3 * S * (NoV * (1 + S + S * S) / (1 + S) - 1);
     const double scale = 1 / (1 + (0.5 - 2 / (3 * pi)) * roughness);
     return scale * (1 + roughness * G / pi);
 }
@@ -102,20 +102,20 @@ void run_sampled(Bench& bench, const Pointwise& p, PointKind kind, Findings& fin
                  const TruthOf& truth) {
     const KernelMaterial material = material_of(p);
     const PointSet set = make_points(Sampler::sobol_owen, kind, bench.job().seed, kSamples);
-    const Bench::Sums sums = bench.run(material, p.parameters, set.values, set.batches, p.places,
-                                        p.on_opencl);
+    const Bench::Sums sums =
+        bench.run(material, p.parameters, set.values, set.batches, p.places, p.on_opencl);
     for (std::size_t t = 0; t < p.terms.size(); ++t)
         for (std::size_t i = 0; i < p.places.size(); ++i) {
             bench.look();
             const Place& place = p.places[i];
             const auto [right, source] = truth(place, p.terms[t].index);
-            Finding found{p.family, p.model, p.row, p.column(place), p.terms[t].quantity, "",
-                          source, place.NoV, place.alpha, {}, {}, {}, 1};
+            Finding found{p.family, p.model, p.row,     p.column(place), p.terms[t].quantity,
+                          "",       source,  place.NoV, place.alpha,     {},
+                          {},       {},      1};
             double error = 0;
             for (std::size_t a = 0; a < kArithmetics; ++a) {
                 if (sums[a].empty()) continue;
-                const Mean mean =
-                    mean_of(set, sums[a], p.terms.size(), t, p.places.size(), i);
+                const Mean mean = mean_of(set, sums[a], p.terms.size(), t, p.places.size(), i);
                 found.values[a] = mean.value;
                 error = std::max(error, mean.standard_error);
             }

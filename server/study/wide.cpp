@@ -56,8 +56,8 @@ long double wide_term(const KernelMaterial& material, std::size_t index, const W
         const Terms sum = batch_sum(what, 0, ggx_view(at.NoV, at.alpha), at.point.data(), 1);
         return index == kWeight ? sum.weight : index == kSchlick ? sum.fresnel : sum.deficit;
     }
-    const Material what = {material.distribution, material.masking, material.importance, terms,
-                           0,                     material.fresnel, material.diffuse};
+    const Material what = {material.distribution, material.masking, material.importance, terms, 0,
+                           material.fresnel,      material.diffuse};
     return material_sum(what, at.parameters.data(), at.NoV, at.alpha, at.point.data(), 1)
         .term[index];
 }
