@@ -21,19 +21,8 @@ void add_average(Findings& findings, const std::string& model, const std::string
                  std::optional<double> alpha = {}) {
     Readings values;
     values[kNativeDouble] = value;
-    findings.add({"Averages",
-                  model,
-                  row,
-                  column,
-                  "average",
-                  "",
-                  source,
-                  {},
-                  alpha,
-                  right,
-                  right,
-                  values,
-                  0});
+    findings.add(
+        {model, model, row, column, "average", "", source, {}, alpha, right, right, values, 0});
 }
 
 /// 1 - E_avg, which goes to 0 with alpha: its leading terms, and the closed forms at alpha = 1.

@@ -86,7 +86,7 @@ const Spot kSpots[] = {
 
 TEST(Stability, EveryExpectedVerdictHolds) {
     for (const Verdict& verdict : studied().study.verdicts)
-        if (verdict.expected) EXPECT_TRUE(verdict.holds) << verdict.name << ": " << verdict.words;
+        EXPECT_TRUE(verdict.holds || !verdict.expected) << verdict.name << ": " << verdict.words;
 }
 
 /// What is known to go wrong is said, and is not asserted away.
