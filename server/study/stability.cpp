@@ -250,8 +250,8 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
     made.study.charts = charts_of(findings);
     made.study.notes = {
         text("%zu values in float and double; the worst of each cell is kept, %zu "
-             "in all. A red frame: beyond tolerance. Bright without one: rounding of the inputs "
-             "alone moves the value that far.",
+             "in all. A red frame: beyond tolerance. Bright without one: the sampling error, or "
+             "rounding of the inputs alone, moves the value that far.",
              all.values(), findings.size())};
     const auto seconds = [](auto from, auto to) {
         return std::chrono::duration<double>(to - from).count();
