@@ -59,7 +59,8 @@ struct Spot {
 
 // None of these numbers was made by this program. F: exact formulas in double to all printed
 // digits, which leaves half of the last of them. g(1): E at NoV = alpha as alpha -> 0. Closed forms
-// of E at alpha = 1. 1 - E: alpha^2 (1 + 1 / NoV^2) / 2. Float: 1e-6, that is sixteen units of the
+// of E at alpha = 1. 1 - E: alpha^2 (1 + 1 / NoV^2) / 2,
+// of which the next term is 4 alpha / 3 NoV. Float: 1e-6, that is sixteen units of the
 // last place, or what the quadrature promises.
 const Spot kSpots[] = {
     {"conductor, 1e-4 + 5i", "F", 1, 0, .99998462, 1e-6, 5e-9},
@@ -80,17 +81,17 @@ const Spot kSpots[] = {
     {"ggx, smith_correlated: E", "E", 0, 1, 1, 0, 0},
     {"ggx, smith_separable: E", "E", 0, 1, .613705638880109, 1e-6, 1e-12},
     {"ggx, smith_correlated: E", "E", 1, 1, .3068528194400547, 1e-6, 1e-12},
-    {"ggx, smith_correlated: 1 - E", "1 - E", 0.5, 1e-4, 2.5e-8, 2.6e-14, 2.6e-14},
+    {"ggx, smith_correlated: 1 - E", "1 - E", 0.5, 1e-4, 2.5e-8, 1e-11, 1e-11},
     {"ggx, smith_correlated: B", "B", 0.5, 0, .03125, 1e-7, 1e-15},
 };
 
-TEST(Stability, EveryExpectedVerdictHolds) {
+void every_expected_verdict_holds() {
     for (const Verdict& verdict : studied().study.verdicts)
         EXPECT_TRUE(verdict.holds || !verdict.expected) << verdict.name << ": " << verdict.words;
 }
 
 /// What is known to go wrong is said, and is not asserted away.
-TEST(Stability, SaysWhichModelsRightlyMisbehave) {
+void it_says_which_models_rightly_misbehave() {
     std::map<std::string, const Verdict*> verdicts;
     for (const Verdict& verdict : studied().study.verdicts) verdicts[verdict.name] = &verdict;
     for (const char* name :
@@ -103,7 +104,7 @@ TEST(Stability, SaysWhichModelsRightlyMisbehave) {
     EXPECT_TRUE(verdicts["an index of 1e10 is refused"]->holds);
 }
 
-TEST(Stability, EveryModelOfTheContractHasAVerdict) {
+void every_model_of_the_contract_has_a_verdict() {
     std::map<std::string, int> names;
     for (const Verdict& verdict : studied().study.verdicts) ++names[verdict.name];
     for (const char* name : {"F none",
@@ -143,7 +144,7 @@ TEST(Stability, EveryModelOfTheContractHasAVerdict) {
         EXPECT_EQ(names[name], 1) << name;
 }
 
-TEST(Stability, ValuesFromElsewhereAgree) {
+void values_from_elsewhere_agree() {
     for (const Spot& spot : kSpots) {
         const auto* row = row_of(spot.which, spot.quantity, spot.NoV, spot.alpha);
         ASSERT_NE(row, nullptr) << spot.which << ' ' << spot.quantity << ' ' << spot.NoV;
@@ -160,6 +161,14 @@ TEST(Stability, ValuesFromElsewhereAgree) {
         EXPECT_EQ(opencl, studied().report.device.backend == "opencl");
         hold("native_double", spot.twice);
     }
+}
+
+// One test, since each is a process of its own and the study is what takes its time.
+TEST(Stability, HoldsOnEveryBackend) {
+    every_expected_verdict_holds();
+    it_says_which_models_rightly_misbehave();
+    every_model_of_the_contract_has_a_verdict();
+    values_from_elsewhere_agree();
 }
 
 /// A caller who wants out is heard, and one who listens is told.
