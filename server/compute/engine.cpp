@@ -144,8 +144,7 @@ Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_er
         }
     }
     if (outcome.table.planes.empty())
-        outcome =
-            state_->run_on_native(job, plan, control, standard_error_planes, choice.fallback);
+        outcome = state_->run_on_native(job, plan, control, standard_error_planes, choice.fallback);
     outcome.report.left_out = plan.left_out;
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;
