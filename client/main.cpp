@@ -132,6 +132,11 @@ constexpr StudyCommand kStudies[] = {
      "  kiln furnace material.json --set coupling=kelemen -o furnace\n"
      "\nTakes the material of any job document. Writes furnace.png, .svg, .csv and .json into "
      "DIR.\n"},
+    {Kind::stability, "Hold every model on extreme inputs against its correct value", "",
+     "Examples:\n"
+     "  kiln stability -o stability\n"
+     "  kiln stability --set device=native --json\n"
+     "\nWrites stability.png, .svg, .csv and .json into DIR.\n"},
 };
 
 void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_command) {
@@ -144,10 +149,10 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
                         std::string(study_command.of) + ", - for standard input")
             ->required()
             ->type_name("JOB.json");
-        command.add_option("--set", options.settings, "change the job: seed=7, coupling=view, …")
-            ->type_name("FIELD=VALUE")
-            ->allow_extra_args(false);
     }
+    command.add_option("--set", options.settings, "change the job: seed=7, device=native, …")
+        ->type_name("FIELD=VALUE")
+        ->allow_extra_args(false);
     command.add_option("-o,--output", options.folder, "folder for the pictures and the numbers")
         ->type_name("DIR");
     add_run(command, options, arguments);

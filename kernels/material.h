@@ -35,7 +35,7 @@ KILN_FUNCTION int is_fast_lobe(const Material what) {
 
 // Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
 KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
-    return lane_pow(lane_saturate(K(1.0) - VoH), lanes(exponent));
+    return lane_pow_one_minus(lane_saturate(VoH), lanes(exponent));
 }
 
 KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,

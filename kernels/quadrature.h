@@ -108,14 +108,18 @@ KILN_FUNCTION real quadrature_lost(Eye eye, KILN_GLOBAL const scalar* nodes,
 #define KILN_ALPHA_MIN K(1e-8)
 #endif
 
+#undef KILN_NOV_MIN
+#define KILN_NOV_MIN K(1e-25)
+
 // `nodes`: (node, weight) of the Gauss–Legendre rule of `order` nodes on [0, 1] by rising node,
 // then those of order / 2, then those of the azimuth. `model`: the Fresnel term in B, with its
 // scalars p (fresnel.h); KILN_FRESNEL_NONE leaves B out (0), KILN_FRESNEL_SCHLICK makes it that of
 // F90's weight. α = 0 is the mirror, the limit; widths between 0 and KILN_ALPHA_MIN, beyond what
-// the squares can hold, count as that.
+// the squares can hold, count as that, and cosines below KILN_NOV_MIN, far below any width, as 0.
 KILN_FUNCTION Albedo quadrature(const int masking, const int model, KILN_GLOBAL const scalar* p,
                                 real NoV, real alpha, KILN_GLOBAL const scalar* nodes,
                                 const unsigned int order, const unsigned int azimuths) {
+    NoV = lane_select(NoV > KILN_NOV_MIN, NoV, lanes(K(0.0)));
     const real width = lane_select(alpha > KILN_ALPHA_MIN, alpha, lanes(KILN_ALPHA_MIN));
     const Eye eye = quadrature_eye(NoV, width);
     KILN_GLOBAL const scalar* coarse = nodes + 2 * order;

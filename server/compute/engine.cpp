@@ -2,6 +2,7 @@
 #include "server/compute/engine.h"
 
 #include <algorithm>
+#include <future>
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
@@ -188,6 +189,40 @@ std::vector<DeviceInfo> Engine::devices() {
         infos.push_back({"opencl", "none", "", "", "", 0, false, error.what()});
     }
     return infos;
+}
+
+Backend& Engine::native() { return *state_->native; }
+std::string Engine::native_name() const { return state_->native_name(); }
+
+std::shared_ptr<OpenClBackend> Engine::opencl(DeviceChoice device,
+                                              std::span<const Specialisation> programs,
+                                              std::span<const QuadratureKind> quadratures,
+                                              const Control& control, std::string& reason) {
+    reason = state_->options.opencl_disabled_reason;
+    JobSpec job;
+    job.device = device;
+    if (state_->wanted(job) == DeviceChoice::native) reason = "native was asked for";
+    if (!reason.empty()) return nullptr;
+    const auto stay_in_touch = [&] {
+        control.progress({});
+        if (control.cancelled()) throw Cancelled();
+        return true;
+    };
+    std::shared_ptr<OpenClBackend> backend;
+    for (const Specialisation& what : programs) state_->opencl().request(what);
+    for (const Specialisation& what : programs) {
+        const auto answer = state_->opencl().wait(what, stay_in_touch);
+        reason = answer.reason;
+        if (!answer.backend) return nullptr;
+        backend = answer.backend;
+    }
+    for (const QuadratureKind& what : quadratures) {
+        auto built = std::async(std::launch::async, [&] { backend->build(what); });
+        while (built.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready)
+            stay_in_touch();
+        built.get();
+    }
+    return backend;
 }
 
 }  // namespace kiln

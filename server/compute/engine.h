@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,11 @@
 #include "server/spec/job_spec.h"
 
 namespace kiln {
+
+class Backend;
+class OpenClBackend;
+struct QuadratureKind;
+struct Specialisation;
 
 struct Progress {
     double fraction = 0;                       ///< of the work, 0…1
@@ -62,6 +68,16 @@ class Engine {
     /// A quadrature has no standard errors: Outcome::standard_errors stays empty.
     Outcome run(const JobSpec& job, const Control& control, bool standard_error_planes = false);
     std::vector<DeviceInfo> devices();
+
+    /// The backends themselves, for studies that look at single samples.
+    Backend& native();
+    std::string native_name() const;
+    /// OpenCL with these programs built, where options and `device` let it; else null, and `reason`
+    /// says why. Throws Cancelled.
+    std::shared_ptr<OpenClBackend> opencl(DeviceChoice device,
+                                          std::span<const Specialisation> programs,
+                                          std::span<const QuadratureKind> quadratures,
+                                          const Control& control, std::string& reason);
 
   private:
     struct State;

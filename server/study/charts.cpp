@@ -216,7 +216,7 @@ void draw_key(cairo_t* to, const HeatMap& map, Box plot) {
         cairo_fill(to);
     }
     const double low = std::log10(map.low), high = std::log10(map.high);
-    const int step = high - low > 8 ? 3 : 1;
+    const int step = static_cast<int>(std::ceil(12 * (high - low) / height));
     for (int e = static_cast<int>(std::ceil(low)); e <= high; e += step)
         text(to, x + 17, plot.y + height * (high - e) / (high - low) + 4, power_of_ten(e), 10,
              Align::left, kMuted);

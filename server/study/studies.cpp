@@ -11,6 +11,8 @@ Studied make_study(Engine& engine, const JobSpec& job, const Control& control) {
             return study_convergence(engine, job, control);
         case Kind::furnace:
             return study_furnace(engine, job, control);
+        case Kind::stability:
+            return study_stability(engine, job, control);
         default:
             throw Error("internal", "a table is no study");
     }

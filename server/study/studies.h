@@ -17,5 +17,6 @@ Studied make_study(Engine& engine, const JobSpec& job, const Control& control);
 // One a file.
 Studied study_convergence(Engine& engine, const JobSpec& job, const Control& control);
 Studied study_furnace(Engine& engine, const JobSpec& job, const Control& control);
+Studied study_stability(Engine& engine, const JobSpec& job, const Control& control);
 
 }  // namespace kiln
