@@ -2,7 +2,6 @@
 #include "server/compute/engine.h"
 
 #include <algorithm>
-#include <future>
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
@@ -141,10 +140,8 @@ void Engine::warm_up() {
     common.quantities = {Quantity::split_sum_scale, Quantity::split_sum_bias};
     common.resolution = {1, 1};
     common.axes = {Axis{}, Axis{.parameter = Parameter::roughness}};
-    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes) {
+    for (const Pass& pass : make_plan(common, [] { return Averages{}; }).passes)
         state_->opencl().request(pass.what);
-        state_->opencl().request(log_tangent_kernel(pass.what));
-    }
 }
 
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
@@ -195,8 +192,7 @@ Backend& Engine::native() { return *state_->native; }
 std::string Engine::native_name() const { return state_->native_name(); }
 
 std::shared_ptr<OpenClBackend> Engine::opencl(DeviceChoice device,
-                                              std::span<const Specialisation> programs,
-                                              std::span<const QuadratureKind> quadratures,
+                                              std::span<const KernelKind> kernels,
                                               const Control& control, std::string& reason) {
     reason = state_->options.opencl_disabled_reason;
     JobSpec job;
@@ -209,18 +205,12 @@ std::shared_ptr<OpenClBackend> Engine::opencl(DeviceChoice device,
         return true;
     };
     std::shared_ptr<OpenClBackend> backend;
-    for (const Specialisation& what : programs) state_->opencl().request(what);
-    for (const Specialisation& what : programs) {
+    for (const KernelKind& what : kernels) state_->opencl().request(what);
+    for (const KernelKind& what : kernels) {
         const auto answer = state_->opencl().wait(what, stay_in_touch);
         reason = answer.reason;
         if (!answer.backend) return nullptr;
         backend = answer.backend;
-    }
-    for (const QuadratureKind& what : quadratures) {
-        auto built = std::async(std::launch::async, [&] { backend->build(what); });
-        while (built.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready)
-            stay_in_touch();
-        built.get();
     }
     return backend;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/compute/backend.h"
 #include "server/compute/report.h"
 #include "server/compute/table.h"
 #include "server/spec/job_spec.h"
@@ -16,8 +17,6 @@ namespace kiln {
 
 class Backend;
 class OpenClBackend;
-struct QuadratureKind;
-struct Specialisation;
 
 struct Progress {
     double fraction = 0;                       ///< of the work, 0…1
@@ -75,8 +74,7 @@ class Engine {
     /// OpenCL with these programs built, where options and `device` let it; else null, and `reason`
     /// says why. Throws Cancelled.
     std::shared_ptr<OpenClBackend> opencl(DeviceChoice device,
-                                          std::span<const Specialisation> programs,
-                                          std::span<const QuadratureKind> quadratures,
+                                          std::span<const KernelKind> kernels,
                                           const Control& control, std::string& reason);
 
   private:

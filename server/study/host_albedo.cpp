@@ -21,7 +21,7 @@ constexpr int kDepthMax = 24;
 template <std::size_t N, typename Value>
 std::array<double, N> integral(const Value& value, double from, double to, double absolute,
                                int depth = 0) {
-    static const std::vector<double> nodes = quadrature_nodes(kFine);
+    static const std::vector<double> nodes = gauss_legendre({kFine, kFine / 2});
     std::array<double, N> fine{}, coarse{};
     for (unsigned i = 0; i < kFine + kFine / 2; ++i) {
         const auto at = value(from + (to - from) * nodes[2 * i]);

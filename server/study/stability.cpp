@@ -226,14 +226,14 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
     const std::vector<Part> parts = {fresnel_part(),    lobes_part(),    diffuse_part(),
                                      quadrature_part(), sampled_part(),  diffuse_albedo_part(),
                                      averages_part(),   couplings_part()};
-    std::vector<Specialisation> programs;
+    std::vector<KernelKind> kernels{
+        QuadratureKind{Masking::smith_correlated, kSchlickWeight, Precision::float32},
+        QuadratureKind{Masking::smith_separable, kSchlickWeight, Precision::float32}};
     for (const Part& part : parts)
         for (const Specialisation& what : part.programs)
-            if (std::find(programs.begin(), programs.end(), what) == programs.end())
-                programs.push_back(what);
-    const QuadratureKind rules[] = {{Masking::smith_correlated, true, Precision::float32},
-                                    {Masking::smith_separable, true, Precision::float32}};
-    bench.open(programs, rules);
+            if (std::find(kernels.begin(), kernels.end(), KernelKind(what)) == kernels.end())
+                kernels.push_back(what);
+    bench.open(kernels);
     const auto opened = std::chrono::steady_clock::now();
     Findings all;
     for (std::size_t i = 0; i < parts.size(); ++i) {

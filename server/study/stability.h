@@ -78,7 +78,7 @@ class Bench {
 
     /// Builds what later launches on OpenCL need. Throws Error("device_unavailable") where the job
     /// names a device that is not there.
-    void open(std::span<const Specialisation> programs, std::span<const QuadratureKind> rules);
+    void open(std::span<const KernelKind> kernels);
 
     using Sums = std::array<std::vector<double>, kArithmetics>;  ///< empty: no such backend
     /// [batch][term asked for, by rising bit][place]
@@ -87,6 +87,8 @@ class Bench {
              std::span<const Place> places, bool on_opencl);
     /// [E, 1 − E, B][place], at one order.
     Sums run(Masking masking, std::span<const Place> places);
+    /// 1 - E_avg by quadrature in double.
+    double average_deficit(Masking masking, double alpha);
 
     /// Says how far the study is, and throws Cancelled.
     void look(double fraction);

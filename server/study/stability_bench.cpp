@@ -80,9 +80,9 @@ void Findings::add(Finding finding) {
     strains_.push_back(strain);
 }
 
-void Bench::open(std::span<const Specialisation> programs, std::span<const QuadratureKind> rules) {
+void Bench::open(std::span<const KernelKind> kernels) {
     try {
-        opencl_ = engine_.opencl(job_.device, programs, rules, control_, why_not_);
+        opencl_ = engine_.opencl(job_.device, kernels, control_, why_not_);
     } catch (const Cancelled&) {
         throw;
     } catch (const Error& error) {
@@ -147,7 +147,7 @@ Bench::Sums Bench::run(const KernelMaterial& material,
 }
 
 Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
-    constexpr unsigned order = 56;  // 4e-12, see server/compute/quadrature.h
+    constexpr QuadratureOrder order{56, 56};  // 4e-12, see server/compute/quadrature.h
     const std::vector<double> nodes = quadrature_nodes(order);
     const std::size_t stride = padded(places.size());
     Sums sums;
@@ -158,8 +158,9 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
         const std::vector<Scalar> texels = texels_of<Scalar>(places);
         const std::vector<Scalar> own(nodes.begin(), nodes.end());
         std::vector<Scalar> values(3 * stride);
+        const std::vector<Scalar> parameters(kFresnelParameters);
         backend.run(QuadratureLaunch<Scalar>{
-            {masking, true, precision}, stride, texels, own, order, values});
+            {masking, kSchlickWeight, precision}, stride, texels, own, parameters, order, values});
         for (std::size_t plane = 0; plane < 3; ++plane)
             for (std::size_t i = 0; i < places.size(); ++i)
                 out.push_back(static_cast<double>(values[plane * stride + i]));
@@ -169,6 +170,11 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
     on(engine_.native(), 0.0, Precision::float64, sums[kNativeDouble]);
     if (opencl_) on(*opencl_, 0.0f, Precision::float32, sums[kOpenClFloat]);
     return sums;
+}
+
+double Bench::average_deficit(Masking masking, double alpha) {
+    return quadrature_averages(engine_.native(), masking, std::array{alpha}, 1e-9, [&] { look(); })
+        .deficit[0];
 }
 
 std::string plain(double value) {

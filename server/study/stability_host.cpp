@@ -33,7 +33,7 @@ void average_deficits(Bench& bench, Findings& findings) {
         const std::string name = "1 - E_avg, " + std::string(to_word(masking));
         const auto add = [&](double alpha, Right right, const char* source) {
             bench.look();
-            const double value = quadrature_average_deficit(alpha, masking);
+            const double value = bench.average_deficit(masking, alpha);
             add_average(findings, "1 - E_avg", name, "alpha " + plain(alpha), value, right, source,
                         alpha);
         };

@@ -42,6 +42,7 @@ inline real lane_erfcx_deficit(real a) {
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
 #include "kernels/microfacet.h"
+#include "kernels/ggx_lambert.h"
 #include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE
@@ -58,7 +59,7 @@ long double wide_term(const KernelMaterial& material, std::size_t index, const W
     }
     const Material what = {material.distribution, material.masking, material.importance, terms, 0,
                            material.fresnel,      material.diffuse};
-    return material_sum(what, at.parameters.data(), at.NoV, at.alpha, at.point.data(), 1)
+    return material_sum(what, at.parameters.data(), at.NoV, at.alpha, at.point.data(), 0, 1)
         .term[index];
 }
 

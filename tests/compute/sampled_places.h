@@ -72,10 +72,9 @@ class Baker {
         : engine_([] {
               EngineOptions options;
               options.device = DeviceChoice::native;
-              options.standard_error_planes = true;
               return options;
           }()) {}
-    Outcome operator()(const JobSpec& job) { return engine_.run(job, Control{}); }
+    Outcome operator()(const JobSpec& job) { return engine_.run(job, Control{}, /*standard_error_planes=*/true); }
 
   private:
     Engine engine_;
