@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/compute/native.h"
 #include "server/compute/estimate.h"
 #include "server/spec/words.h"
 #include "tests/compute/sampled_places.h"
