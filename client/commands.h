@@ -7,36 +7,49 @@
 #include "client/failure.h"
 #include "client/terminal.h"
 #include "server/base/default_address.h"
+#include "server/spec/job_spec.h"
 
 namespace kiln::client {
 
 /// Where a server is looked for when none was named.
 inline const std::string kDefaultServer = std::string("http://") + kDefaultAddress;
 
-struct BakeOptions {
-    std::string job;                    ///< file, or "-" for standard input
-    std::vector<std::string> settings;  ///< field=value
-    std::string output;                 ///< file, or "-" for standard output
-    std::string report;                 ///< file, or "" for none
-    std::string server;                 ///< "" where none was named
+/// Where a job runs, and how its user hears of it.
+struct RunOptions {
+    std::string server;  ///< "" where none was named
     bool local = false;
     double timeout_s = 0;  ///< 0 = none
     bool json = false;
     ProgressMode progress = ProgressMode::automatic;
 };
 
-struct SceneOptions {
+struct BakeOptions : RunOptions {
+    std::string job;                    ///< file, or "-" for standard input
+    std::vector<std::string> settings;  ///< field=value
+    std::string output;                 ///< file, or "-" for standard output
+    std::string report;                 ///< file, or "" for none
+};
+
+struct StudyOptions : RunOptions {
+    Kind kind = Kind::furnace;
+    std::string job;                    ///< file, "-" for standard input, "" for no document
+    std::vector<std::string> settings;  ///< field=value
+    std::string folder;                 ///< "" for none
+};
+
+struct AdviseOptions {
+    std::string job;  ///< file, or "-" for standard input
+    double max_error = 0;
+    bool json = false;
+};
+
+struct SceneOptions : RunOptions {
     std::string scene;                  ///< file, or "-" for standard input
     std::vector<std::string> settings;  ///< option=value of the contract's PlanOptions
     std::string output;                 ///< folder
     std::string report;                 ///< file, or "" for none beside that in the folder
-    std::string server;                 ///< "" where none was named
-    bool local = false;
-    std::optional<double> max_error;  ///< bound on the proof
+    std::optional<double> max_error;    ///< bound on the proof
     bool prove = true;
-    double timeout_s = 0;  ///< 0 = none
-    bool json = false;
-    ProgressMode progress = ProgressMode::automatic;
 };
 
 struct ServerOptions {
@@ -47,6 +60,11 @@ struct ServerOptions {
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
+/// Makes a study of a job, prints its verdicts, and writes KIND.png, .svg, .csv and .json into the
+/// folder. Exit::different where a verdict is not what is known of the model.
+Exit study(const StudyOptions& options);
+/// Exit::different where no table is within max_error.
+Exit advise(const AdviseOptions& options);
 /// Says what a scene needs, and what it does not; bakes nothing.
 Exit plan(const SceneOptions& options);
 /// Bakes a scene's plan into a folder: tables, manifest.json, report.json. Exit::different where a

@@ -16,7 +16,7 @@ enum class Exit : int {
     invalid_job = 3,  ///< the job document is no meaningful job
     unreachable = 4,  ///< the named server does not answer, or is full
     timed_out = 5,
-    different = 6,  ///< `diff` found a difference
+    different = 6,  ///< `diff` found a difference, `advise` no table within the bound
     interrupted = 130,
 };
 

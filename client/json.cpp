@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "server/compute/devices_json.h"
+#include "server/spec/kinds.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
 
 namespace kiln::client {
 
@@ -40,6 +43,12 @@ std::optional<double> number_at(const Json& object, const char* key) {
     const auto found = object.find(key);
     if (found == object.end() || !found->is_number()) return std::nullopt;
     return found->get<double>();
+}
+
+std::optional<std::int64_t> integer_at(const Json& object, const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_number_integer()) return std::nullopt;
+    return found->get<std::int64_t>();
 }
 
 const Json& object_at(const Json& object, const char* key) {
@@ -79,7 +88,8 @@ ChannelError channel_error(const std::string& quantity, const Json& json) {
             .reference_rms = number_at(json, "reference_rms"),
             .reference_max = number_at(json, "reference_max"),
             .reconstruction_max = number_at(json, "reconstruction_max"),
-            .quantisation_max = number_at(json, "quantisation_max")};
+            .quantisation_max = number_at(json, "quantisation_max"),
+            .reference_texels = integer_at(json, "reference_texels")};
 }
 
 }  // namespace
@@ -134,6 +144,7 @@ std::optional<Report> read_report(std::string_view text) {
     report.run_time_s = {.queued = number_at(time, "queued").value_or(0),
                          .compile = number_at(time, "compile").value_or(0),
                          .integrate = number_at(time, "integrate").value_or(0),
+                         .reference = number_at(time, "reference").value_or(0),
                          .encode = number_at(time, "encode").value_or(0),
                          .total = number_at(time, "total").value_or(0)};
     for (const auto& [quantity, channel] : object_at(*json, "error").items())
@@ -186,8 +197,20 @@ bool is_capabilities(std::string_view text) {
 bool lacks_output_format(std::string_view job_text) {
     const auto json = parse(job_text);
     if (!json || !json->is_object()) return false;
+    if (json->value("kind", Json("lut")) != "lut") return false;  // a study is a PNG
     const auto output = json->find("output");
     return output == json->end() || (output->is_object() && !output->contains("format"));
+}
+
+std::string as_study(std::string_view job_text, Kind kind) {
+    auto json = parse(job_text);
+    if (!json || !json->is_object()) return std::string(job_text);
+    if (json->value("kind", Json("lut")) == to_word(kind)) return std::string(job_text);
+    Json study = {{"kind", to_word(kind)}};
+    for (const auto& [field, value] : json->items())
+        if (field != "kind" && (is_read(kind, field) || !is_read(Kind::lut, field)))
+            study[field] = value;
+    return dump(study);
 }
 
 std::string problem_json(const ProblemDocument& problem) {
@@ -232,6 +255,18 @@ std::string difference_json(const Comparison& comparison, double max_error) {
     json["mismatch"] = comparison.mismatch.empty() ? Json(nullptr) : Json(comparison.mismatch);
     json["channels"] = channels;
     return dump(json);
+}
+
+std::string advice_json(const std::vector<Candidate>& candidates, double max_error) {
+    Json list = Json::array();
+    for (const Candidate& candidate : candidates)
+        list.push_back({{"job", Json::parse(canonical(candidate.job))},
+                        {"bytes", candidate.bytes},
+                        {"reconstruction_max", candidate.reconstruction},
+                        {"quantisation_max", candidate.quantisation},
+                        {"integration_max", candidate.integration},
+                        {"total_max", candidate.total()}});
+    return dump({{"max_error", max_error}, {"candidates", list}});
 }
 
 std::string devices_json(const std::vector<DeviceInfo>& devices) {

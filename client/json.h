@@ -7,6 +7,7 @@
 
 #include "client/compare.h"
 #include "server/base/error.h"
+#include "server/compute/advice.h"
 #include "server/compute/engine.h"
 #include "server/compute/report.h"
 #include "server/image/image.h"
@@ -55,6 +56,9 @@ bool is_capabilities(std::string_view text);
 
 /// True for a job document that could name /output/format and does not.
 bool lacks_output_format(std::string_view job_text);
+/// The study of that kind of what a job document is of: fields that such a study does not read are
+/// left out. A document that is one already, or is no JSON object, is given back as it is.
+std::string as_study(std::string_view job_text, Kind kind);
 
 // Documents for --json, each one line of text or an indented object, without a line break at the
 // end.
@@ -63,6 +67,7 @@ std::string problem_json(const ProblemDocument& problem);
 std::string info_json(const Decoded& file, const std::vector<ChannelStatistics>& statistics,
                       const std::vector<std::string>& convention);
 std::string difference_json(const Comparison& comparison, double max_error);
+std::string advice_json(const std::vector<Candidate>& candidates, double max_error);
 std::string devices_json(const std::vector<DeviceInfo>& devices);
 std::string jobs_json(const std::vector<JobStatus>& jobs);
 

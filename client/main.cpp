@@ -1,40 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <clocale>
 #include <csignal>
 #include <cstdlib>
-#include <functional>
 #include <limits>
-#include <map>
 #include <new>
 
-#include "client/commands.h"
+#include "client/arguments.h"
 #include "client/json.h"
 #include "server/base/version.h"
-#include "server/scene/scene.h"
 #include "server/spec/phrases.h"
 
 namespace kiln::client {
-
-namespace {
-
-constexpr const char* kExitCodes =
-    "Exit status: 0 done, 1 failed, 2 wrong arguments or files, 3 invalid job, 4 server "
-    "unreachable,\n"
-    "5 timed out, 6 difference found, 130 interrupted.";
-
-/// What the arguments ask for. `run` is set by the subcommand that was named.
-struct Arguments {
-    BakeOptions bake;
-    SceneOptions scene;
-    ServerOptions server;
-    std::string file, other_file, id, state, progress = "auto";
-    double max_error = 0;
-    std::size_t count_max = 20;
-    bool json = false;
-    std::function<Exit()> run;
-};
 
 void add_json(CLI::App& command, Arguments& arguments) {
     command.add_flag("--json", arguments.json, "JSON on standard output, errors included");
@@ -46,132 +23,7 @@ void add_server(CLI::App& command, std::string& server) {
         ->type_name("URL");
 }
 
-ProgressMode progress_mode(const std::string& word) {
-    static const std::map<std::string, ProgressMode> modes{{"auto", ProgressMode::automatic},
-                                                           {"bar", ProgressMode::bar},
-                                                           {"plain", ProgressMode::plain},
-                                                           {"json", ProgressMode::json},
-                                                           {"none", ProgressMode::none}};
-    return modes.at(word);
-}
-
-/// A scene takes the options of a job, and these.
-void add_scene_options(CLI::App& command, Arguments& arguments) {
-    command
-        .add_option("--scene", arguments.scene.scene,
-                    "in place of a job: bake what this glTF scene or list of materials needs")
-        ->type_name("SCENE");
-    command
-        .add_option("--max-error", arguments.scene.max_error,
-                    "of a scene: refine until every albedo is within X of the full set's")
-        ->type_name("X")
-        ->check(CLI::Range(0.0, 1.0).description(""));
-    command.add_flag(
-        "--no-proof", [&arguments](std::int64_t) { arguments.scene.prove = false; },
-        "of a scene: do not compare with the full set");
-}
-
-/// Exactly one of a job and a scene; what both take is read as the job's.
-void take_scene(Arguments& arguments) {
-    SceneOptions& scene = arguments.scene;
-    const BakeOptions& bake = arguments.bake;
-    if (scene.scene.empty() == bake.job.empty())
-        throw Failure(Exit::usage, "usage", "bake takes either a job or --scene");
-    if (scene.scene.empty() && (scene.max_error || !scene.prove))
-        throw Failure(Exit::usage, "usage", "--max-error and --no-proof go with --scene");
-    if (scene.max_error && !scene.prove)
-        throw Failure(Exit::usage, "usage", "--max-error and --no-proof exclude each other");
-}
-
-Exit bake_any(Arguments& arguments) {
-    if (arguments.scene.scene.empty()) return bake(arguments.bake);
-    const BakeOptions& options = arguments.bake;
-    SceneOptions& scene = arguments.scene;
-    scene.settings = options.settings;
-    scene.output = options.output;
-    scene.report = options.report;
-    scene.server = options.server;
-    scene.local = options.local;
-    scene.timeout_s = options.timeout_s;
-    scene.json = options.json;
-    scene.progress = options.progress;
-    return bake_scene(scene);
-}
-
-void add_plan(CLI::App& app, Arguments& arguments) {
-    CLI::App& command =
-        *app.add_subcommand("plan", "Say which tables a scene needs, and which it does not");
-    command.add_option("scene", arguments.scene.scene, ".gltf, .glb or a list of materials")
-        ->required()
-        ->type_name("SCENE");
-    command
-        .add_option("--set", arguments.scene.settings,
-                    "resolution=128, sample_count=4096, multiscatter=turquin, diffuse=burley, "
-                    "pixel=float, scene=NAME, variant=all, …")
-        ->type_name("OPTION=VALUE")
-        ->allow_extra_args(false);
-    add_json(command, arguments);
-    command.footer(
-        "Examples:\n"
-        "  kiln plan sofa.glb\n"
-        "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
-        "\nNothing but the file itself is read: pack images into a .glb to have them looked into.");
-    command.callback([&arguments] {
-        arguments.run = [&] {
-            arguments.scene.json = arguments.json;
-            return plan(arguments.scene);
-        };
-    });
-}
-
-void add_bake(CLI::App& app, Arguments& arguments) {
-    CLI::App& command =
-        *app.add_subcommand("bake", "Bake a job into an EXR or PNG, or a scene into a folder");
-    BakeOptions& options = arguments.bake;
-    command.add_option("job", options.job, "job document, - for standard input")
-        ->type_name("JOB.json");
-    command
-        .add_option("-o,--output", options.output,
-                    ".exr or .png, - for standard output; chooses the format unless the job does. "
-                    "Of a scene: a folder")
-        ->required()
-        ->type_name("FILE");
-    add_scene_options(command, arguments);
-    command.add_option("--set", options.settings, "change the job: seed=7, output.pixel=float, …")
-        ->type_name("FIELD=VALUE")
-        ->allow_extra_args(false);
-    command.add_option("--report", options.report, "write the report (error, run time, device)")
-        ->type_name("FILE");
-    add_server(command, options.server);
-    command.add_flag("--local", options.local, "bake in this process, ask no server");
-    command
-        .add_option("--timeout", options.timeout_s,
-                    "give up, and cancel, after this long; 0 = never")
-        ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6).description(""));
-    command
-        .add_option("--progress", arguments.progress,
-                    "on standard error: auto, bar, plain, json, none")
-        ->type_name("HOW")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}).description(""));
-    add_json(command, arguments);
-    command.footer(
-        "Examples:\n"
-        "  kiln bake examples/split_sum.json -o dfg.exr\n"
-        "  kiln bake examples/split_sum.json --set resolution=[64,64] --set device=native -o "
-        "dfg.png\n"
-        "  kiln bake - -o - --report dfg.json < job.json > dfg.exr\n"
-        "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
-        "\nWith no server named and none at the usual place, bakes in this process and says so.\n" +
-        std::string(kExitCodes));
-    command.callback([&arguments, &options] {
-        if (options.local && !options.server.empty())
-            throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
-        take_scene(arguments);
-        options.progress = progress_mode(arguments.progress);
-        arguments.run = [&] { return bake_any(arguments); };
-    });
-}
+namespace {
 
 void add_files(CLI::App& app, Arguments& arguments) {
     CLI::App& info_command = *app.add_subcommand("info", "Show what an EXR or PNG holds");
@@ -264,7 +116,9 @@ void expect_command(const CLI::App& app, int argc, char** argv) {
 void take_environment(Arguments& arguments) {
     const char* server = std::getenv("KILN_SERVER");
     if (server == nullptr) return;
-    if (arguments.bake.server.empty() && !arguments.bake.local) arguments.bake.server = server;
+    for (RunOptions* options :
+         {static_cast<RunOptions*>(&arguments.bake), static_cast<RunOptions*>(&arguments.study)})
+        if (options->server.empty() && !options->local) options->server = server;
     if (arguments.server.server.empty()) arguments.server.server = server;
 }
 
@@ -319,8 +173,7 @@ int parse_and_run(int argc, char** argv) {
         return "kiln: " + printable(error.what()) + "\n  kiln" + command + " --help tells more\n";
     });
     app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
-    add_bake(app, arguments);
-    add_plan(app, arguments);
+    add_baking(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
     try {
@@ -332,7 +185,7 @@ int parse_and_run(int argc, char** argv) {
         return static_cast<int>(
             complain(arguments, failure.exit, {failure.code(), failure.what(), {}}));
     }
-    arguments.bake.json = arguments.server.json = arguments.json;
+    arguments.bake.json = arguments.study.json = arguments.server.json = arguments.json;
     take_environment(arguments);
     return static_cast<int>(run(arguments));
 }

@@ -12,6 +12,7 @@
 #define KILN_DIFFUSE_EON_UNREAL 6
 #define KILN_DIFFUSE_CHAN_2018 7
 #define KILN_DIFFUSE_CHAN_2024 8
+#define KILN_DIFFUSE_GGX_LAMBERT 9  // no function of two directions: ggx_lambert.h
 
 // View and light above the horizon. cos_phi is that of the azimuth between them, H = (V + L)/|V +
 // L|.

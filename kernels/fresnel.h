@@ -37,7 +37,7 @@ KILN_FUNCTION real fresnel_schlick(KILN_GLOBAL const scalar* p, real VoH) {
 
 // p: F0, F90 − F0, exponent > 0.
 KILN_FUNCTION real fresnel_schlick_power(KILN_GLOBAL const scalar* p, real VoH) {
-    const real weight = lane_pow(fresnel_one_minus(VoH), lanes(p[2]));
+    const real weight = lane_pow_one_minus(lane_saturate(VoH), lanes(p[2]));
     return lane_fma(lanes(p[1]), weight, lanes(p[0]));
 }
 

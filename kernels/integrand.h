@@ -11,6 +11,7 @@
 #define KILN_IMPORTANCE_NDF 1
 #define KILN_IMPORTANCE_COSINE 2
 #define KILN_IMPORTANCE_UNIFORM 3
+#define KILN_IMPORTANCE_LOG_TANGENTS 4  // the deficit alone, see weigh()
 
 typedef struct {
     int masking, importance, terms;
@@ -23,7 +24,8 @@ typedef struct {
 // A sample is worked in three stages, so that batch.h can run each over many points.
 KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, scalar a, scalar b,
                                             scalar c) {
-    if (what.importance == KILN_IMPORTANCE_NDF) return ggx_sample_ndf(view, a, b);
+    if (what.importance == KILN_IMPORTANCE_NDF || what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
+        return ggx_sample_ndf(view, a, b);
     return ggx_sample_vndf(view, a, b, c);
 }
 
@@ -31,16 +33,21 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, sca
 // densities. A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays
 // in the divisor. Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no
 // finite variance.
+// Log-uniform tangents: tanθ = α sinh v with v nearly uniform instead of dense at the peak. The
+// directions that lack most lie where visible normals hardly ever go as α → 0; the deficit is 1 −
+// G2/G1 times the ratio again, now with the point's own density, which `c` brings along.
 KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, real VoH,
                           scalar c) {
     const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
                    lanes(K(0.0))};
-    if ((what.terms & KILN_TERM_DEFICIT) && what.importance == KILN_IMPORTANCE_VNDF) {
+    if ((what.terms & KILN_TERM_DEFICIT) && what.importance != KILN_IMPORTANCE_NDF) {
         const real excess = ggx_excess(view, h, light);
         const real lacking = smith_deficit(what.masking, view.vz, light.NoL, light.S, excess);
         terms.deficit = lane_select(light.NoL > K(0.0), lacking, lanes(K(1.0)));
     }
+    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
+        terms.deficit = terms.deficit * ggx_vndf_over_ndf(view, h, c);
     if (what.importance == KILN_IMPORTANCE_NDF) {
         terms.weight = terms.weight * ggx_vndf_over_ndf(view, h, c);
         terms.deficit = K(1.0) - terms.weight;

@@ -15,6 +15,7 @@
 #define KILN_FUNCTION static inline
 #define KILN_CALLED static inline
 #define KILN_GLOBAL __global
+#define KILN_ROLLED _Pragma("unroll 1")
 #define lane_select(condition, a, b) ((condition) ? (a) : (b))
 #define KILN_JOIN_(type, lanes) type##lanes
 #define KILN_JOIN(type, lanes) KILN_JOIN_(type, lanes)
@@ -55,6 +56,8 @@ KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
 // For what is long and stands in many places: one copy, called, compiles in a tenth of the time.
 #define KILN_CALLED __attribute__((noinline, unused)) static
 #define KILN_GLOBAL
+// Before a loop that must not be unrolled, for what that would cost to compile.
+#define KILN_ROLLED _Pragma("GCC unroll 1")
 #ifndef lane_select
 #define lane_select(condition, a, b) ((condition) ? (a) : (b))
 #endif

@@ -168,3 +168,17 @@ KILN_CALLED real lane_pow(real x, real y) {
     exponent.lo = lane_fma(y, log2.lo, lane_fma(y, log2.hi, -exponent.hi));
     return lane_exp2_pair(exponent);
 }
+
+// (1 − x)^y of x in [0, 1] and y > 0, as lane_pow(), with what 1 − x loses to rounding put right:
+// of a large y it is felt.
+KILN_CALLED real lane_pow_one_minus(real x, real y) {
+    const real m = K(1.0) - x, lost = (K(1.0) - m) - x;
+    const RealPair log2 = lane_log2_pair(m);
+    const real divisor = lane_select(m > K(0.0), m, lanes(K(1.0)));
+    const real lo = lane_fma(lost / divisor, lanes(K(1.4426950408889634)), log2.lo);
+    const real hi = y * log2.hi, rest = lane_fma(y, lo, lane_fma(y, log2.hi, -hi));
+    RealPair exponent;
+    exponent.hi = hi + rest;
+    exponent.lo = rest - (exponent.hi - hi);
+    return lane_select(m > K(0.0), lane_exp2_pair(exponent), lanes(K(0.0)));
+}

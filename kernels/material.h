@@ -33,10 +33,9 @@ KILN_FUNCTION int is_fast_lobe(const Material what) {
            what.importance <= KILN_IMPORTANCE_NDF;
 }
 
+// Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
 KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
-    const real base = K(1.0) - VoH;
-    const real m = lane_select(base > K(0.0), base, lanes(K(0.0)));
-    return lane_pow(m, lanes(exponent));
+    return lane_pow_one_minus(lane_saturate(VoH), lanes(exponent));
 }
 
 KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,
@@ -70,8 +69,9 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
         s = scatter_hemisphere(what.importance, view.vz * view.S, point[0], point[1], point[2]);
         s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoH, s.sin2_H);
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
-        s = scatter_half_vector(what.importance, view,
-                                ggx_sample_vndf(view, point[0], point[1], point[2]));
+        const HalfVector h = ggx_sample_vndf(view, point[0], point[1], point[2]);
+        s = scatter_half_vector(what.importance, view, h);
+        if (what.distribution == KILN_BECKMANN) s.factor = s.factor * beckmann_over_ggx(h);
     } else if (what.distribution == KILN_BECKMANN) {
         s = scatter_half_vector(what.importance, view,
                                 beckmann_sample_ndf(view, point[0], point[2]));
@@ -112,20 +112,37 @@ KILN_FUNCTION Sums no_sums(void) {
     return sums;
 }
 
-// As batch_sum() of batch.h. Averages take NoV from every point.
+KILN_FUNCTION int walks(const Material what) {
+    return what.diffuse == KILN_DIFFUSE_GGX_LAMBERT && (what.terms & KILN_TERMS_DIFFUSE) != 0;
+}
+
+// Scalars of a point; NoV of averages is the last.
+KILN_FUNCTION unsigned int material_point_scalars(const Material what) {
+    return walks(what) ? KILN_WALK_SCALARS : KILN_POINT_SCALARS;
+}
+
+// As batch_sum() of batch.h, of the batch that starts at `first_point`. Averages take NoV from
+// every point.
 KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p, real NoV,
                                 real alpha, KILN_GLOBAL const scalar* points,
-                                const unsigned int point_count) {
+                                const unsigned int first_point, const unsigned int point_count) {
     Sums all = no_sums(), sums = no_sums();
     const real roughness = lane_sqrt(alpha);
     View view = ggx_view(NoV, alpha);
+    const unsigned int scalars = material_point_scalars(what);
+    KILN_GLOBAL const scalar* batch = points + (unsigned long)scalars * first_point;
     for (unsigned int i = 0; i < point_count; ++i) {
-        KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
+        KILN_GLOBAL const scalar* point = batch + scalars * i;
         if (what.averaged) {
-            NoV = lanes(point[3]);
+            NoV = lanes(point[scalars - 1]);
             view = ggx_view(NoV, alpha);
         }
-        if (what.terms & KILN_TERMS_DIFFUSE)
+        if (walks(what)) {
+            const Walked walked =
+                ggx_lambert_walk(what.terms >> KILN_FIRST_DIFFUSE & 7, p + KILN_PARAMETER_ALBEDO,
+                                 view, batch, i, first_point, point_count);
+            for (int c = 0; c < 3; ++c) sums.term[KILN_FIRST_DIFFUSE + c] += walked.albedo[c];
+        } else if (what.terms & KILN_TERMS_DIFFUSE)
             sums = diffuse_sums(what, p, NoV, roughness, point, sums);
         else
             sums = specular_sums(what, p, view, point, sums);

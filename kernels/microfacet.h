@@ -24,22 +24,29 @@ typedef struct {
     real factor;
 } Scattering;
 
+// Squared last: α⁴ is no number in float below α = 1e-9.
 KILN_FUNCTION real ggx_D(real alpha, real NoH, real sin2_H) {
-    const real a2 = alpha * alpha;
-    const real spread = lane_fma(a2, NoH * NoH, sin2_H);
-    return a2 / (KILN_PI * (spread * spread));
+    const real ratio = alpha / lane_fma(alpha * alpha, NoH * NoH, sin2_H);
+    return ratio * ratio / KILN_PI;
 }
 
 // Beckmann, Spizzichino 1963, as in Walter et al. 2007, eq. 25.
+// What is 0 stays 0 where the square of α cos² is none.
 KILN_FUNCTION real beckmann_D(real alpha, real NoH, real sin2_H) {
-    const real c2 = NoH * NoH, a2 = alpha * alpha;
-    return lane_exp(-sin2_H / (a2 * c2)) / (KILN_PI * a2 * c2 * c2);
+    const real slope = alpha * NoH, inverse = K(1.0) / (slope * NoH);
+    const real x = sin2_H / lane_max(slope * slope, lanes(KILN_TINY));
+    const real e = lane_exp(-lane_min(x, lanes(K(1000.0))));
+    return lane_select(e > K(0.0), e * inverse * (inverse / KILN_PI), lanes(K(0.0)));
 }
 
-// Estevez, Kulla 2017, eq. 2: (2 + 1/α) sin^(1/α) / 2π.
-KILN_FUNCTION real charlie_D(real alpha, real sin2_H) {
-    const real inverse = K(1.0) / alpha;
-    return (K(2.0) + inverse) * lane_pow(sin2_H, K(0.5) * inverse) / (K(2.0) * KILN_PI);
+// Estevez, Kulla 2017, eq. 2: (2 + 1/α) sin^(1/α) / 2π. Near the horizon from the cosine, since a
+// sine next to 1 has lost what the power reads.
+KILN_FUNCTION real charlie_D(real alpha, real NoH, real sin2_H) {
+    const real inverse = K(1.0) / lane_max(alpha, lanes(K(1e-30))), half_power = K(0.5) * inverse;
+    const real c2 = lane_min(NoH * NoH, lanes(K(1.0)));
+    const real power = lane_select(sin2_H > K(0.5), lane_pow_one_minus(c2, half_power),
+                                   lane_pow(sin2_H, half_power));
+    return (K(2.0) + inverse) * power / (K(2.0) * KILN_PI);
 }
 
 // At α = 0 it is no function: infinite, so that sampling it fails instead of missing it in silence.
@@ -48,7 +55,7 @@ KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real
     if (distribution == KILN_BECKMANN)
         D = beckmann_D(alpha, NoH, sin2_H);
     else if (distribution == KILN_CHARLIE)
-        D = charlie_D(alpha, sin2_H);
+        D = charlie_D(alpha, NoH, sin2_H);
     else
         D = ggx_D(alpha, NoH, sin2_H);
     return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
@@ -124,6 +131,17 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
     return K(0.25) / (lane_fma(NoL, view, NoV * light) - NoV * NoL);
 }
 
+// D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with
+// x = tan²θ / α² it is exp(−x) (1 + x)², at most 4 / e. So GGX's visible normals serve Beckmann's
+// lobe: where they are too many, they are so by a bounded factor. From x = 80 on, where it is
+// 1e-31, it stays.
+KILN_CALLED real beckmann_over_ggx(HalfVector h) {
+    const real hz2 = h.NoH * h.NoH, hxy2 = h.VoH2 - hz2, most = lanes(K(80.0));
+    const real x = lane_select(hxy2 < most * hz2, hxy2 / lane_max(hz2, lanes(KILN_TINY)), most);
+    const real spread = K(1.0) + lane_max(x, lanes(K(0.0)));
+    return lane_exp(K(1.0) - spread) * (spread * spread);
+}
+
 // V and L from a point of the hemisphere: cosine (density NoL / π) and uniform (1 / 2π) sampling.
 // The point is (cos φ, NoL, sin θL).
 KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scalar cos_phi,
@@ -135,8 +153,10 @@ KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scal
     s.sinL = lanes(sinL);
     // h = V + L: |h|² = 4 VoH², and its part in the plane as a sum of which no term is negative: a
     // narrow D reads it where V and L are nearly opposite in azimuth, and it is the same with V and
-    // L exchanged.
-    const real apart = s.sinV - s.sinL;
+    // L exchanged. sinV − sinL from the cosines: along the horizon both sines are 1.
+    const real sines = s.sinV + s.sinL;
+    const real divisor = lane_select(sines > K(0.0), sines, lanes(K(1.0)));
+    const real apart = (NoL - NoV) * (NoL + NoV) / divisor;
     const real around = K(2.0) * (s.sinV * s.sinL) * (K(1.0) + cos_phi);
     const real hxy2 = lane_fma(apart, apart, around);
     const real hz = NoV + NoL;

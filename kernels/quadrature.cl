@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // The OpenCL entry of the quadrature. One work-item owns KILN_LANES neighbouring texels.
 // Specialised on KILN_MASKING and KILN_FRESNEL; KILN_QUADRATURE selects it among the entries.
-//   texels   NoV of every lane, then alpha of every lane: 2 × texel_stride
-//   nodes    see quadrature()
-//   values   E, deficit, and B where KILN_FRESNEL: texel_stride each
+//   texels      NoV of every lane, then alpha of every lane: 2 × texel_stride
+//   nodes       see quadrature()
+//   parameters  of the Fresnel term: KILN_FRESNEL_PARAMETERS
+//   values      E, deficit, and B where KILN_FRESNEL: texel_stride each
 
 #ifdef KILN_QUADRATURE
 __kernel void quadrature_table(__global const scalar* texels, __global const scalar* nodes,
-                               const uint order, const uint texel_stride,
+                               __global const scalar* parameters, const uint order,
+                               const uint azimuths,
+                               const uint texel_stride,
                                __global scalar* values) {
     const size_t group = get_global_id(0);
     const size_t lane_groups = texel_stride / KILN_LANES;
     __global const real* lane_texels = (__global const real*)texels;
-    const Albedo albedo = quadrature(KILN_MASKING, KILN_FRESNEL, lane_texels[group],
-                                     lane_texels[lane_groups + group], nodes, order);
+    const Albedo albedo = quadrature(KILN_MASKING, KILN_FRESNEL, parameters, lane_texels[group],
+                                     lane_texels[lane_groups + group], nodes, order,
+                                     azimuths);
     __global real* out = (__global real*)values + group;
     out[0] = albedo.E;
     out[lane_groups] = albedo.deficit;

@@ -5,7 +5,7 @@
 // rational. Over the azimuth the lobe is (y / (y − k))², with y = |V + L|² = (2 V·h)²; for F = 1
 // its integral is elementary (`circle`), which leaves one dimension for E. The deficit integrates
 // 1 − G2/G1 above the horizon and G1 alone below it (p < 0, down to the view's mirror image), with
-// no subtraction. B adds the azimuth as an inner rule, for any smooth F(V·h): q = tan(χ/2), with 2χ
+// no subtraction. B adds the azimuth as an inner rule, for any smooth F(VoH): q = tan(χ/2), with 2χ
 // the azimuth from the mirror direction.
 
 // The view and what it shares with every light. po = tan(e_o / 2), rest = 1 − po.
@@ -104,16 +104,28 @@ KILN_FUNCTION real ray_root(real x) {
 #define KILN_AZIMUTHS 16
 #endif
 
-// The same mean under the weight of F90. Another smooth Fresnel term is another function here.
-KILN_FUNCTION real quadrature_circle_fresnel(Ray ray, KILN_GLOBAL const scalar* nodes,
-                                             const unsigned int count) {
+// Schlick's term is that of its weight of F90: the rest is linear in it.
+KILN_FUNCTION real quadrature_fresnel(const int model, KILN_GLOBAL const scalar* p, real VoH) {
+    if (model == KILN_FRESNEL_SCHLICK) return fresnel_schlick_weight(VoH);
+    return fresnel(model, p, VoH);
+}
+
+// The same mean by the rule, under a Fresnel term and without one: what the one is off by, the
+// other is off by nearly as well.
+typedef struct {
+    real fresnel, one;
+} Circle;
+
+KILN_FUNCTION Circle quadrature_circle_fresnel(const int model, KILN_GLOBAL const scalar* p,
+                                               Ray ray, KILN_GLOBAL const scalar* nodes,
+                                               const unsigned int count) {
     const real width = K(0.5) * (ray.sum * ray.M * ray.R / ray.one_plus_product);
     const real scale = lane_select(width > K(0.0), width, lanes(K(0.5)));
     const real slope = K(1.0) / lane_sqrt(lane_sqrt(K(1.0) + K(1.0) / scale)) - K(1.0);
     const real least = ray.sum * ray.sum, peak = least * (ray.M * ray.unit);
     const real spread = K(4.0) * ray.sines;
     real half_sine[KILN_AZIMUTHS], weight[KILN_AZIMUTHS], y[KILN_AZIMUTHS], ratio[KILN_AZIMUTHS];
-    real sum = lanes(K(0.0));
+    Circle sum = {lanes(K(0.0)), lanes(K(0.0))};
     for (unsigned int first = 0; first < count; first += KILN_AZIMUTHS) {
         const unsigned int left = count - first;
         const unsigned int here = left < KILN_AZIMUTHS ? left : KILN_AZIMUTHS;
@@ -132,10 +144,16 @@ KILN_FUNCTION real quadrature_circle_fresnel(Ray ray, KILN_GLOBAL const scalar* 
             y[i] = least + s;
             ratio[i] = y[i] / lane_select(below > K(0.0), below, lanes(K(1.0)));
         }
-        for (unsigned int i = 0; i < here; ++i)
-            sum = lane_fma(weight[i] * (ratio[i] * ratio[i]),
-                           fresnel_schlick_weight(ray_root(y[i] * ray.unit)), sum);
+        for (unsigned int i = 0; i < here; ++i) {
+            const real part = weight[i] * (ratio[i] * ratio[i]);
+            sum.one += part;
+            sum.fresnel = lane_fma(part, quadrature_fresnel(model, p, ray_root(y[i] * ray.unit)),
+                                   sum.fresnel);
+        }
     }
     // dq = −4 scale slope v⁻⁵ du; the mean is 2/π ∫ dχ over [0, π/2].
-    return K(-16.0) / K(3.14159265358979323846) * (scale * slope) * sum;
+    const real step = K(-16.0) / K(3.14159265358979323846) * (scale * slope);
+    sum.fresnel *= step;
+    sum.one *= step;
+    return sum;
 }

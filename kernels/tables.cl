@@ -4,7 +4,7 @@
 // KILN_IMPORTANCE, KILN_TERMS, KILN_AVERAGED, KILN_FRESNEL, KILN_DIFFUSE, KILN_GENERAL; sizes,
 // counts, points and the numbers of the material are arguments.
 //   texels      NoV of every lane, then alpha of every lane: 2 × texel_stride
-//   points      KILN_POINT_SCALARS a point
+//   points      material_point_scalars() a point, on the fast path KILN_POINT_SCALARS
 //   parameters  KILN_PARAMETER_COUNT
 //   batches     first point, point count: batch_count pairs
 //   sums        [batch][term that is asked for][texel_stride]
@@ -26,14 +26,14 @@ __kernel void tables(__global const scalar* texels, __global const scalar* point
     const View view = ggx_view(NoV, alpha);
 #endif
     for (uint b = 0; b < batch_count; ++b) {
-        __global const scalar* first = points + (size_t)KILN_POINT_SCALARS * batches[2 * b];
-        const uint count = batches[2 * b + 1];
+        const uint first = batches[2 * b], count = batches[2 * b + 1];
 #if KILN_GENERAL
-        const Sums sum = material_sum(what, parameters, NoV, alpha, first, count);
+        const Sums sum = material_sum(what, parameters, NoV, alpha, points, first, count);
         for (int t = 0; t < KILN_TERM_COUNT; ++t)
             if (KILN_TERMS >> t & 1) { *out = sum.term[t]; out += lane_groups; }
 #else
-        const Terms sum = batch_sum(what, KILN_AVERAGED, view, first, count);
+        const Terms sum = batch_sum(what, KILN_AVERAGED, view,
+                                    points + (size_t)KILN_POINT_SCALARS * first, count);
         if (KILN_TERMS & KILN_TERM_WEIGHT) { *out = sum.weight; out += lane_groups; }
         if (KILN_TERMS & KILN_TERM_FRESNEL) { *out = sum.fresnel; out += lane_groups; }
         if (KILN_TERMS & KILN_TERM_DEFICIT) { *out = sum.deficit; out += lane_groups; }

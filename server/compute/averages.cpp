@@ -13,14 +13,19 @@ namespace {
 /// One value serves a whole line of texels, so it may cost more than one of them.
 constexpr std::int64_t kAverageSamplesMin = 65536;
 
-Averages exact_averages(const JobSpec& job, const Control& control) {
+/// Of the average albedo by quadrature.
+constexpr double kExact = 1e-9;
+
+Averages exact_averages(const JobSpec& job, Backend& native, const Control& control) {
     const Places places = Places::averaged(job);
-    Averages averages;
-    for (std::size_t i = 0; i < places.count(); ++i) {
-        averages.deficit.push_back(quadrature_average_deficit(places.alpha(i), job.masking));
+    std::vector<double> alpha;
+    for (std::size_t i = 0; i < places.count(); ++i) alpha.push_back(places.alpha(i));
+    const auto between = [&] {
         control.progress({});
         if (control.cancelled()) throw Cancelled();
-    }
+    };
+    Averages averages;
+    averages.deficit = quadrature_averages(native, job.masking, alpha, kExact, between).deficit;
     averages.standard_error.assign(places.count(), 0);
     return averages;
 }
@@ -28,13 +33,15 @@ Averages exact_averages(const JobSpec& job, const Control& control) {
 
 Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
                           const Control& control) {
-    if (quadrature_knows_lobe(job)) return exact_averages(job, control);
+    if (quadrature_knows_lobe(job)) return exact_averages(job, native, control);
     const std::size_t rough = roughness_axis(job);
     JobSpec line = job;
     line.quantities = {Quantity::average_albedo};
     line.resolution = {job.resolution[rough]};
     line.axes = {job.axes[rough]};
     line.precision = Precision::float64;
+    line.target_error.reset();
+    line.time_budget_s.reset();
     line.sample_count = std::max(job.sample_count, kAverageSamplesMin);
     Control alive;  // says that it works, not how much of the job is done
     alive.progress = [&](const Progress&) { control.progress({}); };

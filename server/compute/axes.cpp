@@ -25,8 +25,14 @@ double mapped(const Axis& axis, double t) {
 }  // namespace
 
 double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
-    const double n = static_cast<double>(count), i = static_cast<double>(index);
-    double t = axis.grid == Grid::center ? (i + 0.5) / n : (count > 1 ? i / (n - 1) : 0.0);
+    if (!axis.at.empty())
+        return axis_value_between(axis, axis.at[static_cast<std::size_t>(index)], axis.of);
+    return axis_value_between(axis, static_cast<double>(index), count);
+}
+
+double axis_value_between(const Axis& axis, double texel, std::int64_t count) {
+    const double n = static_cast<double>(count);
+    double t = axis.grid == Grid::center ? (texel + 0.5) / n : (count > 1 ? texel / (n - 1) : 0.0);
     if (axis.flip) t = 1 - t;
     t += axis.shift / n;
     return std::clamp(mapped(axis, t), axis.least, axis.most);

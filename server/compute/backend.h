@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstddef>
 #include <span>
+#include <variant>
 
 #include "server/compute/points.h"
 #include "server/compute/quadrature_launch.h"
@@ -29,6 +30,9 @@ struct Specialisation {
     auto operator<=>(const Specialisation&) const = default;
 };
 
+/// Either kind of kernel: what an OpenCL program is built for.
+using KernelKind = std::variant<Specialisation, QuadratureKind>;
+
 /// Texel strides are multiples of this many lanes, the widest of all backends.
 inline constexpr std::size_t kLanesMax = 16;
 
@@ -38,7 +42,7 @@ struct Launch {
     Specialisation what;
     std::size_t texel_stride = 0;        ///< texels padded to kLanesMax
     std::span<const Scalar> texels;      ///< NoV of each, then alpha of each: 2 × texel_stride
-    std::span<const Scalar> points;      ///< kPointScalars a point
+    std::span<const Scalar> points;      ///< point_scalars() a point
     std::span<const Scalar> parameters;  ///< kParameterCount, uniform: kernels/material.h
     std::span<const BatchRange> batches;
     std::span<Scalar> sums;  ///< out: [batch][term asked for, by rising bit][texel_stride]

@@ -5,11 +5,13 @@
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
+#include "server/compute/exactness.h"
 #include "server/compute/integrate.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl_programs.h"
 #include "server/compute/plan.h"
 #include "server/compute/quadrature_job.h"
+#include "server/compute/region.h"
 
 namespace kiln {
 
@@ -22,6 +24,14 @@ struct Choice {
     std::shared_ptr<OpenClBackend> opencl;  // null: native
     std::optional<std::string> fallback;
     double compile_s = 0;
+};
+
+/// What Engine::run was asked for.
+struct Request {
+    const JobSpec& job;
+    const Plan& plan;
+    const Control& control;
+    bool standard_error_planes;
 };
 
 }  // namespace
@@ -52,23 +62,24 @@ struct Engine::State {
         return job.device == DeviceChoice::automatic ? options.device : job.device;
     }
 
-    Choice choose(const JobSpec& job, const Plan& plan, const Control& control) {
+    Choice choose(const JobSpec& job, const std::vector<KernelKind>& kernels,
+                  const Control& control) {
         const DeviceChoice device = wanted(job);
         if (device == DeviceChoice::native) return {};
         if (!options.opencl_disabled_reason.empty())
             return refuse(device, options.opencl_disabled_reason);
         const auto start = Clock::now();
-        for (const Pass& pass : plan.passes) opencl().request(pass.what);
+        for (const KernelKind& kernel : kernels) opencl().request(kernel);
         const auto keep_waiting = [&] {
             control.progress({});
             if (control.cancelled()) throw Cancelled();
             return device == DeviceChoice::opencl || Clock::now() - start < options.opencl_wait;
         };
         Choice choice;
-        for (const Pass& pass : plan.passes) {
+        for (const KernelKind& kernel : kernels) {
             const bool patient = device == DeviceChoice::opencl || options.opencl_wait.count() > 0;
             const auto answer =
-                patient ? opencl().wait(pass.what, keep_waiting) : opencl().look(pass.what);
+                patient ? opencl().wait(kernel, keep_waiting) : opencl().look(kernel);
             if (!answer.backend) return refuse(device, answer.reason);
             choice.opencl = answer.backend;
         }
@@ -82,24 +93,35 @@ struct Engine::State {
         return {nullptr, reason, 0};
     }
 
-    Outcome run_on_opencl(const JobSpec& job, const Plan& plan, const Control& control,
-                          OpenClBackend& backend) {
-        Outcome outcome =
-            integrate(job, plan, backend, pool, control, options.standard_error_planes);
+    Outcome run_on(Backend& backend, const Request& request) {
+        const auto& [job, plan, control, standard_error_planes] = request;
+        if (job.integrator == Integrator::quadrature)
+            return integrate_by_quadrature(
+                job, plan, backend, job.target_error.value_or(kQuadratureTolerance), control);
+        return integrate(job, plan, backend, pool, control, standard_error_planes);
+    }
+
+    Outcome run_on_opencl(const Request& request, OpenClBackend& backend) {
+        Outcome outcome = run_on(backend, request);
         std::string numerics = kStrictNumerics;
-        for (const Pass& pass : plan.passes)
-            if (backend.numerics(pass.what) != kStrictNumerics)
-                numerics = backend.numerics(pass.what);
+        for (const KernelKind& kernel : kernels_of(request.job, request.plan))
+            if (backend.numerics(kernel) != kStrictNumerics) numerics = backend.numerics(kernel);
         outcome.report.device = {"opencl", backend.name(), numerics, {}};
         return outcome;
     }
 
-    Outcome run_on_native(const JobSpec& job, const Plan& plan, const Control& control,
-                          const std::optional<std::string>& fallback) {
-        Outcome outcome =
-            integrate(job, plan, *native, pool, control, options.standard_error_planes);
+    Outcome run_on_native(const Request& request, const std::optional<std::string>& fallback) {
+        Outcome outcome = run_on(*native, request);
         outcome.report.device = {"native", native_name(), kStrictNumerics, fallback};
         return outcome;
+    }
+
+    static std::vector<KernelKind> kernels_of(const JobSpec& job, const Plan& plan) {
+        if (job.integrator == Integrator::quadrature) return quadrature_kernels(job, plan);
+        std::vector<KernelKind> kernels;
+        for (const Pass& pass : plan.passes)
+            for (const Specialisation& kernel : kiln::kernels_of(pass)) kernels.push_back(kernel);
+        return kernels;
     }
 
     std::string native_name() const {
@@ -122,20 +144,15 @@ void Engine::warm_up() {
         state_->opencl().request(pass.what);
 }
 
-Outcome Engine::run(const JobSpec& job, const Control& control) {
+Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
     const Plan plan = make_plan(
         job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
-    if (job.integrator == Integrator::quadrature) {
-        Outcome outcome = integrate_by_quadrature(job, plan, *state_->native, control);
-        outcome.report.device = {"native", state_->native_name(), kStrictNumerics, {}};
-        outcome.report.left_out = plan.left_out;
-        return outcome;
-    }
-    Choice choice = state_->choose(job, plan, control);
+    const Request request{job, plan, control, standard_error_planes};
+    Choice choice = state_->choose(job, State::kernels_of(job, plan), control);
     Outcome outcome;
     if (choice.opencl) {
         try {
-            outcome = state_->run_on_opencl(job, plan, control, *choice.opencl);
+            outcome = state_->run_on_opencl(request, *choice.opencl);
         } catch (const Cancelled&) {
             throw;
         } catch (const Error& error) {
@@ -143,9 +160,10 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
             choice = State::refuse(state_->wanted(job), error.what());
         }
     }
-    if (outcome.table.planes.empty())
-        outcome = state_->run_on_native(job, plan, control, choice.fallback);
-    outcome.report.left_out = plan.left_out;
+    if (outcome.table.planes.empty()) outcome = state_->run_on_native(request, choice.fallback);
+    hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
+    auto& left_out = outcome.report.left_out;
+    left_out.insert(left_out.begin(), plan.left_out.begin(), plan.left_out.end());
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;
 }
@@ -168,6 +186,33 @@ std::vector<DeviceInfo> Engine::devices() {
         infos.push_back({"opencl", "none", "", "", "", 0, false, error.what()});
     }
     return infos;
+}
+
+Backend& Engine::native() { return *state_->native; }
+std::string Engine::native_name() const { return state_->native_name(); }
+
+std::shared_ptr<OpenClBackend> Engine::opencl(DeviceChoice device,
+                                              std::span<const KernelKind> kernels,
+                                              const Control& control, std::string& reason) {
+    reason = state_->options.opencl_disabled_reason;
+    JobSpec job;
+    job.device = device;
+    if (state_->wanted(job) == DeviceChoice::native) reason = "native was asked for";
+    if (!reason.empty()) return nullptr;
+    const auto stay_in_touch = [&] {
+        control.progress({});
+        if (control.cancelled()) throw Cancelled();
+        return true;
+    };
+    std::shared_ptr<OpenClBackend> backend;
+    for (const KernelKind& what : kernels) state_->opencl().request(what);
+    for (const KernelKind& what : kernels) {
+        const auto answer = state_->opencl().wait(what, stay_in_touch);
+        reason = answer.reason;
+        if (!answer.backend) return nullptr;
+        backend = answer.backend;
+    }
+    return backend;
 }
 
 }  // namespace kiln

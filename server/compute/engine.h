@@ -4,14 +4,19 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "server/compute/backend.h"
 #include "server/compute/report.h"
 #include "server/compute/table.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln {
+
+class Backend;
+class OpenClBackend;
 
 struct Progress {
     double fraction = 0;                       ///< of the work, 0…1
@@ -34,7 +39,6 @@ struct EngineOptions {
     /// breaker).
     std::string opencl_disabled_reason;
     unsigned thread_count = 0;  ///< of the native backend; 0 = every core this process may use
-    bool standard_error_planes = false;  ///< fill Outcome::standard_errors
 };
 
 struct DeviceInfo {
@@ -60,8 +64,18 @@ class Engine {
     /// Starts building the OpenCL program of the default job in the background.
     void warm_up();
     /// Throws Cancelled, or Error("device_failed" | "device_unavailable" | "non_finite").
-    Outcome run(const JobSpec& job, const Control& control);
+    /// A quadrature has no standard errors: Outcome::standard_errors stays empty.
+    Outcome run(const JobSpec& job, const Control& control, bool standard_error_planes = false);
     std::vector<DeviceInfo> devices();
+
+    /// The backends themselves, for studies that look at single samples.
+    Backend& native();
+    std::string native_name() const;
+    /// OpenCL with these programs built, where options and `device` let it; else null, and `reason`
+    /// says why. Throws Cancelled.
+    std::shared_ptr<OpenClBackend> opencl(DeviceChoice device,
+                                          std::span<const KernelKind> kernels,
+                                          const Control& control, std::string& reason);
 
   private:
     struct State;

@@ -169,4 +169,21 @@ double f82_least(double f0) {
     return std::max(0.0, 1 - bend_most(lo) / f82_bend(f0, 0));
 }
 
+std::optional<Excursion> fresnel_excursion(const FresnelModel& model, int channel) {
+    if (model.model != Fresnel::f82_tint) return std::nullopt;
+    const Reader read(channel);
+    if (read("f82", model.f82, 0, 1) >= f82_least(read("f0", model.f0, 0, 1))) return std::nullopt;
+    constexpr int kSteps = 1000;
+    Excursion found{0, 0, 1, 0};
+    for (int i = 0; i <= kSteps; ++i) {
+        const double VoH = static_cast<double>(i) / kSteps, F = fresnel(model, channel, VoH);
+        if (F >= 0) continue;
+        found.begin = std::min(found.begin, VoH);
+        found.end = VoH;
+        if (F < found.least) found.least = F, found.at = VoH;
+    }
+    if (found.least < 0) return found;
+    return std::nullopt;
+}
+
 }  // namespace kiln

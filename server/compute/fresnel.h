@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <optional>
 
 #include "server/spec/fresnel_spec.h"
 
@@ -48,5 +49,14 @@ IndexPair index_from_edge_tint(double reflectivity, double edge_tint);
 /// The least f82 at which the F82 tint of this f0 is nowhere negative. Below it the formula is, by
 /// at most 0.13, somewhat above VoH = 1/7; nothing clamps that.
 double f82_least(double f0);
+
+/// Where the reflectance of a channel leaves [0, 1].
+struct Excursion {
+    double least = 0;           ///< the lowest value, below 0
+    double at = 0;              ///< the VoH where it is
+    double begin = 0, end = 0;  ///< the VoH between which it is negative, to 1e-3
+};
+/// Only f82_tint has one, below f82_least().
+std::optional<Excursion> fresnel_excursion(const FresnelModel& model, int channel);
 
 }  // namespace kiln

@@ -11,8 +11,11 @@ namespace kiln {
 namespace {
 
 /// Texels that a thread takes at a time: enough that taking them costs nothing, few enough to share
-/// out evenly.
-constexpr std::size_t kTexelsATask = 16 * kLanesMax;
+/// out evenly, also where a block is small.
+std::size_t texels_a_task(std::size_t texel_stride, std::size_t threads) {
+    const std::size_t share = texel_stride / (4 * threads) / kLanesMax * kLanesMax;
+    return std::clamp(share, kLanesMax, 16 * kLanesMax);
+}
 
 const NativeKernels& kernels_of(InstructionSet set) {
     switch (set) {
@@ -37,28 +40,25 @@ class NativeBackend : public Backend {
         run_groups(launch, kernels_.double_lanes, kernels_.find_double(launch.what.material));
     }
     void run(const QuadratureLaunch<float>& launch) override {
-        const auto [masking, fresnel] = numbers(launch.what);
         run_quadrature(launch, kernels_.float_lanes,
-                       kernels_.find_quadrature_float(masking, fresnel));
+                       kernels_.find_quadrature_float(static_cast<int>(launch.what.masking),
+                                                      launch.what.fresnel));
     }
     void run(const QuadratureLaunch<double>& launch) override {
-        const auto [masking, fresnel] = numbers(launch.what);
         run_quadrature(launch, kernels_.double_lanes,
-                       kernels_.find_quadrature_double(masking, fresnel));
+                       kernels_.find_quadrature_double(static_cast<int>(launch.what.masking),
+                                                       launch.what.fresnel));
     }
 
   private:
-    static std::pair<int, int> numbers(const QuadratureKind& kind) {
-        return {static_cast<int>(kind.masking), kind.fresnel ? 1 : 0};
-    }
-
     /// Calls body(first lane) for each lane group of a launch, on all threads.
     template <typename Body>
     void each_group(std::size_t texel_stride, int lanes, Body body) {
         const auto step = static_cast<std::size_t>(lanes);
-        pool_.parallel_for((texel_stride + kTexelsATask - 1) / kTexelsATask, [&](std::size_t task) {
-            const std::size_t end = std::min((task + 1) * kTexelsATask, texel_stride);
-            for (std::size_t first = task * kTexelsATask; first < end; first += step) body(first);
+        const std::size_t task_texels = texels_a_task(texel_stride, pool_.size());
+        pool_.parallel_for((texel_stride + task_texels - 1) / task_texels, [&](std::size_t task) {
+            const std::size_t end = std::min((task + 1) * task_texels, texel_stride);
+            for (std::size_t first = task * task_texels; first < end; first += step) body(first);
         });
     }
 
@@ -68,7 +68,8 @@ class NativeBackend : public Backend {
         each_group(launch.texel_stride, lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.order, launch.texel_stride, launch.values.data() + first});
+                      launch.parameters.data(), launch.what.fresnel, launch.order.elevation,
+                      launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
         });
     }
 

@@ -43,7 +43,9 @@ struct NativeQuadratureGroup {
     const Scalar* NoV;
     const Scalar* alpha;
     const Scalar* nodes;
-    unsigned order;
+    const Scalar* parameters;
+    int fresnel;
+    unsigned order, azimuths;
     unsigned long texel_stride;
     Scalar* values;
 };

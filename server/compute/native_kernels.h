@@ -14,20 +14,7 @@ __attribute__((always_inline)) static inline real lane_fma(real a, real b, real 
 #define KILN_AS_BITS(x) ((RegisterBits)(x))
 #define KILN_AS_REAL(x) ((real)(x))
 
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/lane.h"
-#include "kernels/lane_math.h"
-#include "kernels/lane_arc.h"
-#include "kernels/fresnel.h"
-#include "kernels/diffuse.h"
-#include "kernels/smith.h"
-#include "kernels/ggx.h"
-#include "kernels/integrand.h"
-#include "kernels/batch.h"
-#include "kernels/microfacet.h"
-#include "kernels/material.h"
-// clang-format on
+#include "kernels/kernels.h"
 
 static void store(scalar* to, real value) {
     for (int lane = 0; lane < KILN_LANES; ++lane) to[lane] = value[lane];
@@ -83,10 +70,8 @@ static void material_sums(const NativeGroup<scalar>& group) {
     scalar* out = group.sums;
     for (unsigned b = 0; b < group.batch_count; ++b) {
         const BatchRange batch = group.batches[b];
-        const Sums sums =
-            material_sum(what, group.parameters, NoV, alpha,
-                         group.points + (unsigned long)KILN_POINT_SCALARS * batch.first_point,
-                         batch.point_count);
+        const Sums sums = material_sum(what, group.parameters, NoV, alpha, group.points,
+                                       batch.first_point, batch.point_count);
         for (int t = 0; t < KILN_TERM_COUNT; ++t)
             if (what.terms >> t & 1) store(out, sums.term[t]), out += group.texel_stride;
     }
@@ -94,6 +79,13 @@ static void material_sums(const NativeGroup<scalar>& group) {
 
 static NativeFunction<scalar> find(const KernelMaterial& what) {
     if (what.general) return material_sums;
+    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS) {
+        constexpr int log_tangents = KILN_IMPORTANCE_LOG_TANGENTS, deficit = KILN_TERM_DEFICIT;
+        constexpr const NativeFunction<scalar> functions[2][2] = {
+            {group_sums<0, log_tangents, deficit, 0>, group_sums<0, log_tangents, deficit, 1>},
+            {group_sums<1, log_tangents, deficit, 0>, group_sums<1, log_tangents, deficit, 1>}};
+        return functions[what.masking][what.averaged];
+    }
     constexpr const NativeFunction<scalar>(*rows[2][2])[8] = {
         {Row<0, 0>::functions, Row<0, 1>::functions}, {Row<1, 0>::functions, Row<1, 1>::functions}};
     return rows[what.masking][what.importance][what.averaged][what.terms];

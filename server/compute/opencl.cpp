@@ -61,7 +61,7 @@ const char* entry_of(const QuadratureKind&) { return "quadrature_table"; }
 Definitions definitions_of(const QuadratureKind& what) {
     return {{"KILN_QUADRATURE", 1},
             {"KILN_MASKING", static_cast<int>(what.masking)},
-            {"KILN_FRESNEL", what.fresnel ? 1 : 0}};
+            {"KILN_FRESNEL", what.fresnel}};
 }
 
 /// Texels of the trial launches: an even grid of NoV and roughness.
@@ -86,8 +86,7 @@ struct OpenClBackend::State {
     cl::Context context;
     cl::Queue queue;
     mutable std::mutex mutex;  // of `programs` and of building
-    std::map<Specialisation, Built> programs;
-    std::map<QuadratureKind, Built> quadratures;
+    std::map<KernelKind, Built> programs;
     Room sums;  // of run()
 
     explicit State(Backend& native) : oracle(native) {
@@ -109,17 +108,10 @@ struct OpenClBackend::State {
         return precision == Precision::float64 ? 8 : 16;
     }
 
-    const std::map<Specialisation, Built>& built(const Specialisation&) const { return programs; }
-    const std::map<QuadratureKind, Built>& built(const QuadratureKind&) const {
-        return quadratures;
-    }
-
-    template <typename What>
-    const Built& find(const What& what) const {
+    const Built& find(const KernelKind& what) const {
         const std::lock_guard lock(mutex);
-        const auto at = built(what).find(what);
-        if (at == built(what).end())
-            throw Error("device_failed", "the OpenCL program is not built");
+        const auto at = programs.find(what);
+        if (at == programs.end()) throw Error("device_failed", "the OpenCL program is not built");
         return at->second;
     }
 
@@ -197,13 +189,16 @@ struct OpenClBackend::State {
 
     template <typename Scalar>
     void launch(const Built& program, const QuadratureLaunch<Scalar>& launch, Room& room) const {
-        const cl::Buffer texels = copy(launch.texels), nodes = copy(launch.nodes);
-        const cl_uint order = launch.order;
+        const cl::Buffer texels = copy(launch.texels), nodes = copy(launch.nodes),
+                         parameters = copy(launch.parameters);
+        const cl_uint order = launch.order.elevation, azimuths = launch.order.azimuth;
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
         enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.values, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), nodes.address()},
+                 {sizeof(cl_mem), parameters.address()},
                  {sizeof(order), &order},
+                 {sizeof(azimuths), &azimuths},
                  {sizeof(stride), &stride}});
     }
 
@@ -231,14 +226,18 @@ struct OpenClBackend::State {
     template <typename Scalar>
     bool equals_oracle(const Built& program, const QuadratureKind& what) const {
         constexpr std::size_t kStride = 64;
-        constexpr unsigned kOrder = kQuadratureOrders[0];
+        constexpr QuadratureOrder kOrder{14, 14};
         const std::vector<Scalar> texels = trial_texels<Scalar>(8);
         const std::vector<double> rule = quadrature_nodes(kOrder);
         const std::vector<Scalar> nodes(rule.begin(), rule.end());
         std::vector<Scalar> mine(quadrature_planes(what) * kStride), wanted(mine.size());
+        const auto numbers = any_parameters<Scalar>();
+        const auto parameters = std::span<const Scalar>(numbers).first(kFresnelParameters);
         Room room;
-        launch(program, QuadratureLaunch<Scalar>{what, kStride, texels, nodes, kOrder, mine}, room);
-        oracle.run(QuadratureLaunch<Scalar>{what, kStride, texels, nodes, kOrder, wanted});
+        QuadratureLaunch<Scalar> trial{what, kStride, texels, nodes, parameters, kOrder, mine};
+        launch(program, trial, room);
+        trial.values = wanted;
+        oracle.run(trial);
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
     }
 
@@ -255,28 +254,16 @@ struct OpenClBackend::State {
 OpenClBackend::OpenClBackend(Backend& oracle) : state_(std::make_unique<State>(oracle)) {}
 OpenClBackend::~OpenClBackend() = default;
 
-void OpenClBackend::build(const Specialisation& what) {
+void OpenClBackend::build(const KernelKind& what) {
     if (built(what)) return;
-    Built made = state_->build(what);
+    Built made = std::visit([this](const auto& kind) { return state_->build(kind); }, what);
     const std::lock_guard lock(state_->mutex);
     state_->programs.emplace(what, std::move(made));
 }
 
-void OpenClBackend::build(const QuadratureKind& what) {
-    if (built(what)) return;
-    Built made = state_->build(what);
-    const std::lock_guard lock(state_->mutex);
-    state_->quadratures.emplace(what, std::move(made));
-}
-
-bool OpenClBackend::built(const Specialisation& what) const {
+bool OpenClBackend::built(const KernelKind& what) const {
     const std::lock_guard lock(state_->mutex);
     return state_->programs.contains(what);
-}
-
-bool OpenClBackend::built(const QuadratureKind& what) const {
-    const std::lock_guard lock(state_->mutex);
-    return state_->quadratures.contains(what);
 }
 
 // A launch costs a CPU's driver some 0.1 ms more than native; a GPU needs more work-items than a
@@ -299,10 +286,7 @@ void OpenClBackend::run(const QuadratureLaunch<double>& launch) {
 }
 
 std::string OpenClBackend::name() const { return state_->device.name; }
-std::string OpenClBackend::numerics(const Specialisation& what) const {
-    return state_->find(what).numerics;
-}
-std::string OpenClBackend::numerics(const QuadratureKind& what) const {
+std::string OpenClBackend::numerics(const KernelKind& what) const {
     return state_->find(what).numerics;
 }
 

@@ -23,11 +23,8 @@ class OpenClBackend : public Backend {
 
     /// Builds what launches of `what` need, if it is not built yet. Safe from any thread, also
     /// beside run().
-    void build(const Specialisation& what);
-    bool built(const Specialisation& what) const;
-    /// The same for quadrature.
-    void build(const QuadratureKind& what);
-    bool built(const QuadratureKind& what) const;
+    void build(const KernelKind& what);
+    bool built(const KernelKind& what) const;
 
     std::size_t block_places() const override;
     void run(const Launch<float>& launch) override;
@@ -37,8 +34,7 @@ class OpenClBackend : public Backend {
 
     std::string name() const;
     /// kStrictNumerics, or a class of the device's own where the trial launch differed in a bit.
-    std::string numerics(const Specialisation& what) const;
-    std::string numerics(const QuadratureKind& what) const;
+    std::string numerics(const KernelKind& what) const;
 
   private:
     struct State;

@@ -15,7 +15,7 @@ OpenClPrograms::~OpenClPrograms() {
     changed_.notify_all();
 }
 
-void OpenClPrograms::request(const Specialisation& what) {
+void OpenClPrograms::request(const KernelKind& what) {
     {
         const std::lock_guard lock(mutex_);
         if (!device_reason_.empty() || failures_.contains(what)) return;
@@ -25,7 +25,7 @@ void OpenClPrograms::request(const Specialisation& what) {
     changed_.notify_all();
 }
 
-OpenClPrograms::Answer OpenClPrograms::look_locked(const Specialisation& what) const {
+OpenClPrograms::Answer OpenClPrograms::look_locked(const KernelKind& what) const {
     if (!device_reason_.empty()) return {nullptr, device_reason_, false};
     if (const auto failure = failures_.find(what); failure != failures_.end())
         return {nullptr, failure->second, false};
@@ -33,12 +33,12 @@ OpenClPrograms::Answer OpenClPrograms::look_locked(const Specialisation& what) c
     return {nullptr, "the OpenCL program was still being built", true};
 }
 
-OpenClPrograms::Answer OpenClPrograms::look(const Specialisation& what) {
+OpenClPrograms::Answer OpenClPrograms::look(const KernelKind& what) {
     const std::lock_guard lock(mutex_);
     return look_locked(what);
 }
 
-OpenClPrograms::Answer OpenClPrograms::wait(const Specialisation& what,
+OpenClPrograms::Answer OpenClPrograms::wait(const KernelKind& what,
                                             const std::function<bool()>& keep_waiting) {
     request(what);
     for (;;) {
@@ -63,7 +63,7 @@ void OpenClPrograms::work(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     while (!stop.stop_requested()) {
         if (!changed_.wait(lock, stop, [this] { return !wanted_.empty(); })) return;
-        const Specialisation what = *wanted_.begin();
+        const KernelKind what = *wanted_.begin();
         lock.unlock();
         build(what);
         lock.lock();
@@ -72,7 +72,7 @@ void OpenClPrograms::work(const std::stop_token& stop) {
     }
 }
 
-void OpenClPrograms::build(const Specialisation& what) {
+void OpenClPrograms::build(const KernelKind& what) {
     std::shared_ptr<OpenClBackend> backend;
     {
         const std::lock_guard lock(mutex_);

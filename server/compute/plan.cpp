@@ -2,10 +2,14 @@
 #include "server/compute/plan.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iomanip>
 #include <memory>
+#include <sstream>
 
 #include "server/compute/fresnel.h"
 #include "server/compute/multiscatter.h"
+#include "server/spec/layouts.h"
 
 namespace kiln {
 
@@ -58,6 +62,9 @@ class Planner {
                          });
         for (Pass& pass : plan_.passes) settle(pass);
         say_what_is_left_out();
+        plan_.warnings = layout_warnings(job_);
+        if (std::any_of(job_.quantities.begin(), job_.quantities.end(), reads_fresnel))
+            warn_of_negative_reflectance();
         return std::move(plan_);
     }
 
@@ -73,7 +80,7 @@ class Planner {
     /// The pass of this kind that fills these slices; a new one where there is none.
     Pass& pass(bool diffuse, bool averaged, std::size_t slice, std::size_t slice_count) {
         for (Pass& pass : plan_.passes) {
-            const bool is_diffuse = pass.points == PointKind::cosine_diffuse;
+            const bool is_diffuse = pass.points >= PointKind::cosine_diffuse;
             if (is_diffuse == diffuse && (pass.what.material.averaged != 0) == averaged &&
                 pass.slices[0] == slice && pass.slices.size() == slice_count)
                 return pass;
@@ -85,7 +92,9 @@ class Planner {
         if (diffuse) {
             made.what.material = {};
             made.what.material.importance = static_cast<int>(Importance::cosine);
-            made.points = PointKind::cosine_diffuse;
+            made.points = job_.diffuse.model == DiffuseModel::ggx_lambert
+                              ? PointKind::facet_walk
+                              : PointKind::cosine_diffuse;
         }
         made.what.material.averaged = averaged ? 1 : 0;
         made.places = averaged ? Places::averaged(job_) : Places::directional(job_);
@@ -254,6 +263,17 @@ class Planner {
                                job_.masking <= Masking::smith_separable &&
                                job_.importance <= Importance::ndf;
         const bool other_power = (material.terms & 1 << kSchlick) && exponent != kSchlickExponent;
+        FresnelModel bias;  // F0 = 0, F90 = 1: what the Schlick term is a mean of
+        bias.f0 = {0};
+        bias.f90 = {1};
+        bias.exponent = exponent;
+        pass.mirror = [fresnel, bias](std::size_t term, double NoV) {
+            if (term == kWeight) return 1.0;
+            if (term == kSchlick) return kiln::fresnel(bias, 0, NoV);
+            if (term >= kColour && term < kColour + 3)
+                return kiln::fresnel(fresnel, static_cast<int>(term - kColour), NoV);
+            return 0.0;
+        };
         material.general = !fast_lobe || (material.terms & ~kFastTerms) || other_power ? 1 : 0;
     }
 
@@ -282,6 +302,32 @@ class Planner {
                   "they are the same in every slice: integrated once and repeated");
         if (!plan_.exact.empty())
             leave("sampling of fresnel_average", "it depends on the Fresnel model alone: exact");
+    }
+
+    /// The formula of f82_tint may be negative; what it gives stays in the table.
+    void warn_of_negative_reflectance() {
+        for (int c = 0; c < channel_count(job_.fresnel); ++c) {
+            std::optional<Excursion> worst;
+            FresnelModel model;
+            for (std::size_t slice = 0; slice < slice_count_; ++slice) {
+                const FresnelModel here = fresnel_of_slice(job_, slice);
+                const auto found = fresnel_excursion(here, c);
+                if (!found || (worst && worst->least <= found->least)) continue;
+                worst = found;
+                model = here;
+            }
+            if (!worst) continue;
+            const auto channel = static_cast<std::size_t>(c);
+            const double f0 = model.f0[model.f0.size() == 3 ? channel : 0];
+            const double f82 = model.f82[model.f82.size() == 3 ? channel : 0];
+            std::ostringstream text;
+            text << std::setprecision(3) << "fresnel \"f82_tint\", f0 " << f0 << ", f82 " << f82
+                 << ": the reflectance is negative for VoH from " << worst->begin << " to "
+                 << worst->end << ", least " << worst->least << " at " << worst->at
+                 << "; nothing is clamped. With this f0 it is not from f82 = "
+                 << std::ceil(1e3 * f82_least(f0)) / 1e3 << " on";
+            plan_.warnings.push_back(text.str());
+        }
     }
 
     const JobSpec& job_;

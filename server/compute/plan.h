@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "server/compute/axes.h"
@@ -36,6 +37,8 @@ struct Pass {
     std::array<double, kParameterCount> parameters{};
     std::vector<std::size_t> slices{0};  ///< of the table that hold what is found
     std::vector<Share> shares;
+    /// Mean of a specular term at the mirror, α = 0, of a NoV.
+    std::function<double(std::size_t term, double NoV)> mirror;
 };
 
 /// A channel that needs no integration: value(slice), the same at every place.
@@ -50,6 +53,7 @@ struct Plan {
     std::vector<Pass> passes;
     std::vector<Exact> exact;
     std::vector<LeftOut> left_out;
+    std::vector<std::string> warnings;  ///< what the report says of the job, however it is computed
 };
 
 /// 1 − E_avg of the job's lobe at each place of Places::averaged(job), with its standard error.

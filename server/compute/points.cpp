@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "server/compute/one_lane.h"
@@ -19,18 +20,33 @@ static_assert(1 << kWeight == KILN_TERM_WEIGHT && 1 << kSchlick == KILN_TERM_FRE
               kTermCount == KILN_TERM_COUNT);
 static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
               kExponentParameter == KILN_PARAMETER_EXPONENT &&
-              kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS);
+              kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS &&
+              kWalkScalars == KILN_WALK_SCALARS);
 static_assert(static_cast<int>(Masking::unreal_joint) == KILN_UNREAL_JOINT &&
               static_cast<int>(Masking::charlie) == KILN_CHARLIE_MASKING &&
               static_cast<int>(Distribution::charlie) == KILN_CHARLIE &&
               static_cast<int>(Importance::uniform) == KILN_IMPORTANCE_UNIFORM &&
-              static_cast<int>(DiffuseModel::chan2024) - static_cast<int>(DiffuseModel::lambert) ==
-                  KILN_DIFFUSE_CHAN_2024);
+              static_cast<int>(DiffuseModel::ggx_lambert) -
+                      static_cast<int>(DiffuseModel::lambert) ==
+                  KILN_DIFFUSE_GGX_LAMBERT);
+
+static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS);
 
 constexpr double kTwo32 = 4294967296.0;
-constexpr int kDimensions = 3;  // azimuth, half vector's polar angle, NoV of averages
-using Point =
-    std::array<double, kDimensions>;  // azimuth in half turns: the integrand is even in it
+// Azimuth and polar angle of each direction, then NoV of averages. Azimuths are in half turns: the
+// integrand is even in them.
+constexpr std::size_t kDimensions = 3, kDimensionsMax = 4 * KILN_WALK_ROW_FACETS + 1;
+using Point = std::array<double, kDimensionsMax>;
+
+std::size_t dimensions(PointKind kind) {
+    return kind == PointKind::facet_walk ? kDimensionsMax : kDimensions;
+}
+
+/// Where a kind's dimensions start among those of a job: sets that meet in one channel share none.
+std::size_t first_dimension(PointKind kind) {
+    if (kind == PointKind::facet_walk) return 2 * kDimensions;
+    return kind == PointKind::cosine_diffuse ? kDimensions : 0;
+}
 
 double natural_log(double x) { return one_lane::lane_log2(x) * 0.69314718055994531; }
 
@@ -73,16 +89,42 @@ std::uint32_t owen_scramble(std::uint32_t bits, std::uint32_t seed) {
 
 using Directions = std::array<std::uint32_t, 32>;
 
-/// Direction numbers of the first three Sobol dimensions (Joe, Kuo 2008: primitive polynomials x +
-/// 1 with m = 1, and x² + x + 1 with m = 1, 3; the first dimension is van der Corput's).
-std::array<Directions, kDimensions> sobol_directions() {
-    std::array<Directions, kDimensions> v{};
+/// Whether x generates all 2^degree - 1 powers modulo this polynomial over two elements.
+bool is_primitive(std::uint32_t polynomial, unsigned degree) {
+    const std::uint32_t full = (1u << degree) - 1;
+    std::uint32_t power = 1, order = 0;
+    do {
+        power <<= 1;
+        if (power >> degree & 1) power ^= polynomial;
+        ++order;
+    } while (power != 1 && order < full);
+    return order == full;
+}
+
+/// Direction numbers of Sobol dimensions: the first is van der Corput's, then one a primitive
+/// polynomial in their order (Sobol 1967; the recurrence of Bratley, Fox 1988). Which odd numbers
+/// start the recurrence is free: the first three dimensions have Joe's and Kuo's (2008), the others
+/// what a hash says.
+std::array<Directions, kDimensionsMax> sobol_directions() {
+    std::array<Directions, kDimensionsMax> v{};
     for (unsigned i = 0; i < 32; ++i) v[0][i] = 1u << (31 - i);
-    v[1][0] = 1u << 31;
-    for (unsigned i = 1; i < 32; ++i) v[1][i] = v[1][i - 1] ^ (v[1][i - 1] >> 1);
-    v[2][0] = 1u << 31;
-    v[2][1] = 3u << 30;
-    for (unsigned i = 2; i < 32; ++i) v[2][i] = v[2][i - 2] ^ (v[2][i - 2] >> 2) ^ v[2][i - 1];
+    std::size_t dimension = 1;
+    for (std::uint32_t polynomial = 3; dimension < kDimensionsMax; polynomial += 2) {
+        const auto degree = static_cast<unsigned>(std::bit_width(polynomial)) - 1;
+        if (!is_primitive(polynomial, degree)) continue;
+        Directions& of = v[dimension];
+        for (unsigned i = 0; i < degree; ++i) {
+            const std::uint64_t free = dimension < 3 ? 3 : mix(64 * dimension + i) >> 32;
+            const auto odd = static_cast<std::uint32_t>(free | 1) & ((2u << i) - 1);
+            of[i] = odd << (31 - i);
+        }
+        for (unsigned i = degree; i < 32; ++i) {
+            of[i] = of[i - degree] ^ (of[i - degree] >> degree);
+            for (unsigned k = 1; k < degree; ++k)
+                if (polynomial >> (degree - k) & 1) of[i] ^= of[i - k];
+        }
+        ++dimension;
+    }
     return v;
 }
 
@@ -95,11 +137,11 @@ double radical_inverse(std::uint32_t i, std::uint32_t base) {
 /// Generators of one replicate's points.
 class Generator {
   public:
-    Generator(Sampler sampler, std::uint64_t seed, std::uint32_t replicate, std::uint32_t size,
-              std::size_t first_dimension)
-        : sampler_(sampler), size_(size) {
-        for (std::size_t d = 0; d < kDimensions; ++d) {
-            key_[d] = key(seed, replicate, first_dimension + d);
+    Generator(Sampler sampler, PointKind kind, std::uint64_t seed, std::uint32_t replicate,
+              std::uint32_t size)
+        : sampler_(sampler), size_(size), dimensions_(dimensions(kind)) {
+        for (std::size_t d = 0; d < dimensions_; ++d) {
+            key_[d] = key(seed, replicate, first_dimension(kind) + d);
             shift_[d] = unit_from_bits(static_cast<std::uint32_t>(key_[d] >> 32));
         }
     }
@@ -107,7 +149,7 @@ class Generator {
     Point operator()(std::uint32_t i) const {
         switch (sampler_) {
             case Sampler::hammersley:
-                return shifted({(i + 0.5) / size_, radical_inverse(i, 2), radical_inverse(i, 3)});
+                return shifted(halton(i));
             case Sampler::lattice:
                 return shifted(lattice(i));
             case Sampler::sobol_owen:
@@ -119,18 +161,29 @@ class Generator {
     }
 
   private:
+    Point halton(std::uint32_t i) const {
+        Point point{(i + 0.5) / size_};
+        for (std::size_t d = 1; d < dimensions_; ++d)
+            point[d] = radical_inverse(i, static_cast<std::uint32_t>(kPrimes[d - 1]));
+        return point;
+    }
+
     /// Rank-1 in i / n, with the plastic number's powers in the other dimensions (Roberts 2018):
-    /// even for every n, where a tabulated generator serves one.
+    /// even for every n, where a tabulated generator serves one. Beyond three dimensions √ of
+    /// primes (Richtmyer 1951).
     Point lattice(std::uint32_t i) const {
         constexpr double kGolden = 0.6180339887498949;
         constexpr double kPlastic = 0.7548776662466927;
-        return {(i + 0.5) / size_, fraction(i * kGolden), fraction(i * kPlastic)};
+        Point point{(i + 0.5) / size_, fraction(i * kGolden), fraction(i * kPlastic)};
+        for (std::size_t d = kDimensions; d < dimensions_; ++d)
+            point[d] = fraction(i * std::sqrt(kPrimes[d - kDimensions]));
+        return point;
     }
 
     Point sobol(std::uint32_t i) const {
         static const auto directions = sobol_directions();
-        Point point;
-        for (std::size_t d = 0; d < kDimensions; ++d) {
+        Point point{};
+        for (std::size_t d = 0; d < dimensions_; ++d) {
             std::uint32_t bits = 0;
             for (std::uint32_t rest = i, bit = 0; rest != 0; rest >>= 1, ++bit)
                 if (rest & 1) bits ^= directions[d][bit];
@@ -140,32 +193,62 @@ class Generator {
     }
 
     Point random(std::uint32_t i) const {
-        Point point;
-        for (std::size_t d = 0; d < kDimensions; ++d)
+        Point point{};
+        for (std::size_t d = 0; d < dimensions_; ++d)
             point[d] = unit_from_bits(static_cast<std::uint32_t>(mix(key_[d] + i) >> 32));
         return point;
     }
 
     /// Cranley, Patterson 1976: a random shift on the torus, kept off 0.
     Point shifted(Point point) const {
-        for (std::size_t d = 0; d < kDimensions; ++d)
+        for (std::size_t d = 0; d < dimensions_; ++d)
             point[d] = std::max(fraction(point[d] + shift_[d]), 0.5 / kTwo32);
         // Both halves of the azimuth serve the same integrand. A set that is shifted on a torus
         // wants it periodic, so it goes round once; a net loses a fifth of its accuracy when it is
         // folded in two.
-        point[0] = point[0] < 0.5 ? 2 * point[0] : 2 - 2 * point[0];
+        for (std::size_t d = 0; d + 1 < dimensions_; d += 2)
+            point[d] = point[d] < 0.5 ? 2 * point[d] : 2 - 2 * point[d];
         return point;
     }
 
+    static constexpr std::array<int, kDimensionsMax - 1> kPrimes = {2,  3,  5,  7,  11, 13,
+                                                                    17, 19, 23, 29, 31, 37};
     Sampler sampler_;
     std::uint32_t size_;
-    std::array<std::uint64_t, kDimensions> key_{};
+    std::size_t dimensions_;
+    std::array<std::uint64_t, kDimensionsMax> key_{};
     Point shift_{};
 };
 
-/// The kernel's three scalars of the sample, and NoV = √u of an average.
+/// v = V u − ln(1 − u⁸), so that e^V covers what tan θ = α sinh v has to span and the last eighth
+/// reaches on to infinity, where the integrand falls like 1 / tan θ: no tail is cut off. The third
+/// scalar is the density of all normals over this one, over NoH: 2 sinh v / cosh² v dv / du.
+void append_log_tangent(std::vector<double>& values, double cosine, double u, double weight) {
+    constexpr double kSpan = 16.8;  // tan θ of 10 at α = 1e-6
+    const double u2 = u * u, u4 = u2 * u2;
+    const double left = (1 - u) * (1 + u) * (1 + u2) * (1 + u4);
+    const double e = one_lane::lane_exp(kSpan * u) / left, divisor = 1 / (e * e + 1);
+    const double tanh = (e - 1) * (e + 1) * divisor, inverse_cosh = 2 * e * divisor;
+    const double slope = kSpan + 8 * u4 * u2 * u / left;
+    values.insert(values.end(),
+                  {tanh * cosine, inverse_cosh, 2 * tanh * inverse_cosh * slope * weight});
+}
+
+/// One facet of a walk after the other, and NoV = √u of an average: KILN_WALK_SCALARS.
+void append_walk(std::vector<double>& values, const Point& point) {
+    for (std::size_t d = 0; d + 1 < kDimensionsMax; d += 4) {
+        const double u = point[d + 1], v = point[d + 3];
+        values.insert(values.end(), {cos_turn(point[d] / 2), 1 - u, u,
+                                     std::sqrt(v) * cos_turn(point[d + 2] / 2), std::sqrt(1 - v)});
+    }
+    values.push_back(std::sqrt(point[kDimensionsMax - 1]));
+}
+
+/// The kernel's three scalars of the sample, and the NoV of an average: √u, which is ∫ 2 NoV dNoV
+/// uniformly.
 void append(std::vector<double>& values, PointKind kind, const Point& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
+    double NoV = std::sqrt(point[2]);
     switch (kind) {
         case PointKind::visible_normals:
             values.insert(values.end(), {cosine, rest, u});
@@ -187,8 +270,29 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
         case PointKind::uniform:
             values.insert(values.end(), {cosine, rest, std::sqrt(u * (1 + rest))});
             break;
+        case PointKind::log_tangents:
+            append_log_tangent(values, cosine, u, 1);
+            break;
+        case PointKind::log_tangents_averaged: {
+            // The deficit goes like NoV⁻² down to NoV ~ α: NoV = (e^(K u) − 1) / (e^K − 1).
+            constexpr double kSpan = 18;
+            const double whole = one_lane::lane_exp(kSpan) - 1;
+            NoV = (one_lane::lane_exp(kSpan * point[2]) - 1) / whole;
+            append_log_tangent(values, cosine, u, 2 * NoV * kSpan * (NoV + 1 / whole));
+            break;
+        }
+        case PointKind::facet_walk:
+            return append_walk(values, point);
     }
-    values.push_back(std::sqrt(point[2]));
+    values.push_back(NoV);
+}
+
+/// Where the run of points that starts at `at` ends, if the replicate goes on that far.
+std::uint32_t batch_end(std::uint32_t at) {
+    if (at >= kBatchPointsMax) return at + kBatchPointsMax;
+    std::uint32_t end = kFirstBatchPoints;
+    while (end <= at) end *= 2;
+    return end;
 }
 
 }  // namespace
@@ -211,7 +315,15 @@ double cos_turn(double u) {
     return negative ? -value : value;
 }
 
+std::size_t point_scalars(PointKind kind) {
+    return kind == PointKind::facet_walk ? kWalkScalars : kPointScalars;
+}
+
 PointKind point_kind(const KernelMaterial& material) {
+    if (material.importance == kLogTangents)
+        return material.averaged ? PointKind::log_tangents_averaged : PointKind::log_tangents;
+    if (material.diffuse == KILN_DIFFUSE_GGX_LAMBERT && material.terms & KILN_TERMS_DIFFUSE)
+        return PointKind::facet_walk;
     switch (static_cast<Importance>(material.importance)) {
         case Importance::vndf:
             return PointKind::visible_normals;
@@ -229,24 +341,31 @@ PointKind point_kind(const KernelMaterial& material) {
 
 PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count) {
-    const auto total = static_cast<std::uint64_t>(sample_count);
+    return make_more_points(sampler, kind, seed, 0, sample_count);
+}
+
+PointSet make_more_points(Sampler sampler, PointKind kind, std::uint64_t seed, std::int64_t before,
+                          std::int64_t after) {
+    const auto total = static_cast<std::uint64_t>(after);
+    const std::uint64_t had = is_nested(sampler) ? static_cast<std::uint64_t>(before) : 0;
     const auto replicates = std::min<std::uint64_t>(total, kReplicatesMax);
     PointSet set;
-    set.values.reserve(total * kPointScalars);
-    std::uint64_t first = 0;
+    set.values.reserve((total - had) * point_scalars(kind));
     for (std::uint32_t r = 0; r < replicates; ++r) {
-        const std::uint64_t end = total * (r + 1) / replicates;
-        const auto size = static_cast<std::uint32_t>(end - first);
-        const Generator generate(sampler, seed, r, size,
-                                 kind == PointKind::cosine_diffuse ? kDimensions : 0);
-        for (std::uint32_t i = 0; i < size; ++i) append(set.values, kind, generate(i));
-        for (std::uint32_t at = 0; at < size; at += kBatchPointsMax) {
+        const auto part = [&](std::uint64_t whole) {
+            return static_cast<std::uint32_t>(whole * (r + 1) / replicates -
+                                              whole * r / replicates);
+        };
+        const std::uint32_t size = part(total), start = part(had);
+        const Generator generate(sampler, kind, seed, r, size);
+        for (std::uint32_t at = start; at < size;) {
+            const std::uint32_t end = std::min(batch_end(at), size);
             set.batches.push_back(
-                {static_cast<std::uint32_t>(first) + at, std::min(kBatchPointsMax, size - at)});
+                {static_cast<std::uint32_t>(set.values.size() / point_scalars(kind)), end - at});
             set.replicate_of_batch.push_back(r);
+            for (; at < end; ++at) append(set.values, kind, generate(at));
         }
         set.replicate_sizes.push_back(size);
-        first = end;
     }
     return set;
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "server/compute/native_group.h"
@@ -9,8 +10,10 @@
 
 namespace kiln {
 
-/// Scalars a point as the kernels take it (kernels/batch.h).
+/// Scalars a point as the kernels take it (kernels/batch.h), of every kind but facet_walk
+/// (kernels/ggx_lambert.h).
 inline constexpr std::size_t kPointScalars = 4;
+inline constexpr std::size_t kWalkScalars = 16;
 
 /// Replicates of a job: independently randomised point sets, from whose spread the standard error
 /// comes. 16 leaves the factor of a 95 % interval at 2.13 (Student's t), and the sets large.
@@ -19,6 +22,10 @@ inline constexpr std::int64_t kReplicatesMax = 16;
 /// Longest run of points that is summed in working precision; longer runs would grow rounding in
 /// float from 1e-5 (1024 points) to 6e-5 (4096).
 inline constexpr std::uint32_t kBatchPointsMax = 1024;
+
+/// A replicate's first run; the next ones end at powers of two until they are as long as a batch
+/// may be. Sums over the first 2^k points are then the same bits in a longer replicate.
+inline constexpr std::uint32_t kFirstBatchPoints = 64;
 
 /// What a point's first three scalars are: the sampler that takes them (kernels/ggx.h,
 /// kernels/microfacet.h, kernels/diffuse.h).
@@ -29,17 +36,28 @@ enum class PointKind {
     cosine,
     uniform,
     cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
+    log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
+    log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
+    facet_walk,             ///< three facets on a walk, from a set of its own
 };
-/// The kind that a specular lobe takes.
+/// The importance by which the kernels know log tangents; no job spells it.
+inline constexpr int kLogTangents = 4;
+
+/// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);
+std::size_t point_scalars(PointKind kind);
 
 /// All points of a job in the order in which they are summed.
 struct PointSet {
-    std::vector<double> values;  ///< kPointScalars a point
+    std::vector<double> values;  ///< point_scalars() of its kind a point
     std::vector<BatchRange> batches;
     std::vector<std::uint32_t> replicate_of_batch;
     std::vector<std::uint32_t>
         replicate_sizes;  ///< points in each replicate; they differ by at most one
+
+    std::uint64_t samples() const {  ///< of a texel, in all replicates
+        return std::accumulate(replicate_sizes.begin(), replicate_sizes.end(), std::uint64_t{0});
+    }
 };
 
 /// Sample i of replicate r is a function of (sampler, seed, r, i) and, for sets whose shape depends
@@ -47,6 +65,16 @@ struct PointSet {
 /// inside (0, 1).
 PointSet make_points(Sampler sampler, PointKind kind, std::uint64_t seed,
                      std::int64_t sample_count);
+
+/// Whether the first points of a longer replicate are those of a shorter one.
+constexpr bool is_nested(Sampler sampler) {
+    return sampler == Sampler::sobol_owen || sampler == Sampler::random;
+}
+
+/// What make_points(…, after) has beyond make_points(…, before), of a nested sampler; all of the
+/// former, of another or where before is 0. replicate_sizes are those of `after`.
+PointSet make_more_points(Sampler sampler, PointKind kind, std::uint64_t seed, std::int64_t before,
+                          std::int64_t after);
 
 /// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error
 /// ≤ 2e-16.

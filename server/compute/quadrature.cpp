@@ -47,9 +47,15 @@ void append_rule(unsigned count, std::vector<double>& out) {
 template <typename Scalar>
 class Raising {
   public:
-    Raising(Backend& backend, const QuadratureKind& kind, std::span<const double> NoV,
-            std::span<const double> alpha, const QuadratureTolerance& tolerance)
-        : backend_(backend), kind_(kind), NoV_(NoV), alpha_(alpha), tolerance_(tolerance) {
+    Raising(Backend& backend, const QuadratureKind& kind, const QuadraturePlaces& places,
+            const QuadratureTolerance& tolerance)
+        : backend_(backend),
+          kind_(kind),
+          NoV_(places.NoV),
+          alpha_(places.alpha),
+          parameters_(places.parameters.begin(), places.parameters.end()),
+          steps_(places.steps),
+          tolerance_(tolerance) {
         if constexpr (sizeof(Scalar) == sizeof(float)) {
             tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
             if (tolerance_.deficit_relative > 0)
@@ -57,39 +63,51 @@ class Raising {
                     std::max(tolerance_.deficit_relative, kQuadratureFloatRounding / 2);
         }
         const float unknown = std::numeric_limits<float>::infinity();
-        result_.E.resize(NoV.size());
-        result_.deficit.resize(NoV.size());
-        result_.error.assign(NoV.size(), unknown);
-        result_.deficit_error.assign(NoV.size(), unknown);
-        if (kind.fresnel) result_.B.resize(NoV.size());
+        result_.E.resize(NoV_.size());
+        result_.deficit.resize(NoV_.size());
+        result_.step.resize(NoV_.size());
+        result_.error.assign(NoV_.size(), unknown);
+        result_.deficit_error.assign(NoV_.size(), unknown);
+        if (has_fresnel()) result_.B.resize(NoV_.size());
     }
 
     QuadratureResult run() {
+        if (!steps_.empty()) {
+            std::array<std::vector<std::size_t>, kQuadratureLast + 1> texels;
+            for (std::size_t i = 0; i < steps_.size(); ++i) texels[steps_[i]].push_back(i);
+            for (std::size_t step = 0; step <= kQuadratureLast; ++step)
+                if (!texels[step].empty()) at_step(step, texels[step], false);
+            return std::move(result_);
+        }
+        double finest = tolerance_.absolute;
+        if (tolerance_.deficit_relative > 0) finest = std::min(finest, tolerance_.deficit_relative);
+        const std::size_t start = quadrature_start(finest);
         std::vector<std::size_t> texels(NoV_.size());
         std::iota(texels.begin(), texels.end(), std::size_t{0});
-        const bool tight =
-            tolerance_.absolute < kQuadratureTight ||
-            (tolerance_.deficit_relative > 0 && tolerance_.deficit_relative < kQuadratureTight);
-        const std::size_t start = tight ? kQuadratureTightStart : 0;
-        for (std::size_t step = start; step < std::size(kQuadratureOrders) && !texels.empty();
-             ++step) {
-            order_ = kQuadratureOrders[step];
-            const std::vector<double> nodes = quadrature_nodes(order_);
-            nodes_.assign(nodes.begin(), nodes.end());
-            std::vector<std::size_t> left;
-            for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
-                const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
-                block(std::span(texels).subspan(first, count), step > start, left);
-            }
-            result_.evaluations += texels.size() * quadrature_evaluations(order_, kind_.fresnel);
-            result_.order_max = order_;
-            texels = std::move(left);
-        }
+        for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step)
+            texels = at_step(step, texels, step > start);
         result_.unsettled = texels.size();
         return std::move(result_);
     }
 
   private:
+    /// The texels that do not agree with their last order.
+    std::vector<std::size_t> at_step(std::size_t step, std::span<const std::size_t> texels,
+                                     bool compare) {
+        step_ = static_cast<std::uint8_t>(step);
+        order_ = kQuadratureSteps[step].order;
+        const std::vector<double> nodes = quadrature_nodes(order_);
+        nodes_.assign(nodes.begin(), nodes.end());
+        std::vector<std::size_t> left;
+        for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
+            const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
+            block(texels.subspan(first, count), compare, left);
+        }
+        result_.evaluations += texels.size() * quadrature_evaluations(order_, has_fresnel());
+        result_.order_max = order_;
+        return left;
+    }
+
     /// One launch; texels that do not agree with their last order go to `left`.
     void block(std::span<const std::size_t> places, bool compare, std::vector<std::size_t>& left) {
         const std::size_t stride = (places.size() + kLanesMax - 1) / kLanesMax * kLanesMax;
@@ -100,29 +118,33 @@ class Raising {
             texels_[i] = static_cast<Scalar>(NoV_[place]);
             texels_[stride + i] = static_cast<Scalar>(alpha_[place]);
         }
-        backend_.run(QuadratureLaunch<Scalar>{kind_, stride, texels_, nodes_, order_, values_});
+        backend_.run(
+            QuadratureLaunch<Scalar>{kind_, stride, texels_, nodes_, parameters_, order_, values_});
         for (std::size_t i = 0; i < places.size(); ++i) {
             const double E = values_[i], deficit = values_[stride + i];
-            const double B = kind_.fresnel ? values_[2 * stride + i] : Scalar(0);
+            const double B = has_fresnel() ? values_[2 * stride + i] : Scalar(0);
             if (!std::isfinite(E) || !std::isfinite(B) || !std::isfinite(deficit))
                 throw Error("non_finite", "the quadrature gave a value that is not finite");
             const std::size_t place = places[i];
             if (compare) note_error(place, E, B, deficit);
             result_.E[place] = E;
             result_.deficit[place] = deficit;
-            if (kind_.fresnel) result_.B[place] = B;
+            result_.step[place] = step_;
+            if (has_fresnel()) result_.B[place] = B;
             if (!agrees(place)) left.push_back(place);
         }
     }
 
     void note_error(std::size_t place, double E, double B, double deficit) {
         double difference = std::abs(E - result_.E[place]);
-        if (kind_.fresnel) difference = std::max(difference, std::abs(B - result_.B[place]));
+        if (has_fresnel()) difference = std::max(difference, std::abs(B - result_.B[place]));
         result_.error[place] = static_cast<float>(difference);
         const double change = std::abs(deficit - result_.deficit[place]);
         result_.deficit_error[place] =
             static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
     }
+
+    bool has_fresnel() const { return kind_.fresnel != kNoFresnel; }
 
     bool agrees(std::size_t place) const {
         return result_.error[place] <= tolerance_.absolute &&
@@ -133,27 +155,33 @@ class Raising {
     Backend& backend_;
     QuadratureKind kind_;
     std::span<const double> NoV_, alpha_;
+    std::vector<Scalar> parameters_;
+    std::span<const std::uint8_t> steps_;
+    std::uint8_t step_ = 0;
     QuadratureTolerance tolerance_;
     QuadratureResult result_;
-    unsigned order_ = 0;
+    QuadratureOrder order_;
     std::vector<Scalar> nodes_, texels_, values_;
 };
 
 }  // namespace
 
-std::vector<double> quadrature_nodes(unsigned order) {
+std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts) {
     std::vector<double> nodes;
-    append_rule(order, nodes);
-    append_rule(order / 2, nodes);
+    for (const unsigned count : counts) append_rule(count, nodes);
     return nodes;
 }
 
+std::vector<double> quadrature_nodes(QuadratureOrder order) {
+    return gauss_legendre({order.elevation, order.elevation / 2, order.azimuth});
+}
+
 QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,
-                                      std::span<const double> NoV, std::span<const double> alpha,
+                                      const QuadraturePlaces& places,
                                       const QuadratureTolerance& tolerance) {
     if (kind.precision == Precision::float64)
-        return Raising<double>(backend, kind, NoV, alpha, tolerance).run();
-    return Raising<float>(backend, kind, NoV, alpha, tolerance).run();
+        return Raising<double>(backend, kind, places, tolerance).run();
+    return Raising<float>(backend, kind, places, tolerance).run();
 }
 
 }  // namespace kiln

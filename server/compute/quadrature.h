@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -8,36 +12,55 @@
 
 // Deterministic quadrature, see kernels/quadrature.h for the rule.
 //
-// Largest error of one order against tests/reference, both maskings, in double; first over 241
-// places with NoV, alpha in [1e-4, 1], then over a 256 x 256 table (NoV and roughness at texel
-// centres, so alpha from 3.8e-6):
-//   order   nodes   E                  B                  deficit, relative
-//   14      532     2e-5     3e-7      3e-4     2e-5      4e-4     3e-5
-//   20      1060    8e-7     8e-10     7e-6     7e-8      1e-5     2e-7
-//   28      2044    3e-9     3e-13     2e-8     1e-9      4e-8     6e-10
-//   40      4120    1e-12    2e-15     1e-10    3e-11     1e-11    < 6e-12
-//   56      8008    < 3e-15            4e-12    6e-13     < 4e-12
-// In float, rounding adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit. A 256^2
-// split-sum table to 1e-6 in float takes 1694 nodes a texel, of 18 ns for 16 lanes of AVX-512.
+// Largest error of one order against order 40, both maskings, over a 256 x 256 table (NoV and
+// roughness at texel centres, so alpha from 3.8e-6), in double; the deficit's is relative:
+//   elevation, azimuth   nodes   E       B       deficit
+//   4, 4                 52      3e-2    5e-2    1e-1
+//   6, 5                 93      5e-3    2e-2    2e-2
+//   8, 8                 184     4e-4    2e-3    3e-3
+//   10, 10               280     2e-5    2e-4    6e-4
+//   12, 12               396     3e-6    3e-5    2e-4
+//   14, 14               532     4e-7    4e-6    3e-5
+//   16, 16               688     5e-8    6e-7    6e-6
+//   20, 20               1060    9e-10   1e-8    2e-7
+//   28, 28               2044    4e-13   4e-11   7e-10
+// On the whole, with NoV and alpha in [1e-4, 1] anywhere, some ten times that. In float, rounding
+// adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit.
 namespace kiln {
 
 /// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
-constexpr std::uint64_t quadrature_evaluations(unsigned order, bool fresnel) {
-    const std::uint64_t reflecting = 2 * std::uint64_t{order} + order / 2;
-    return reflecting * (fresnel ? 1 + std::uint64_t{order} : 1) + order / 2;
+constexpr std::uint64_t quadrature_evaluations(QuadratureOrder order, bool fresnel) {
+    const std::uint64_t n = order.elevation, reflecting = 2 * n + n / 2;
+    return reflecting * (fresnel ? 1 + std::uint64_t{order.azimuth} : 1) + n / 2;
 }
 
-/// (node, weight) of the Gauss-Legendre rule on [0, 1], of `order` nodes and then of order / 2: by
-/// + - x / and square roots alone, so the same on every machine. Error <= 2e-16.
-std::vector<double> quadrature_nodes(unsigned order);
+/// (node, weight) of the Gauss-Legendre rule on [0, 1], of each of these counts in turn: by + - x /
+/// and square roots alone, so the same on every machine. Error <= 2e-16.
+std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts);
+/// Those that a launch of this order takes.
+std::vector<double> quadrature_nodes(QuadratureOrder order);
 
-/// The orders that are tried in turn, all even. Their errors fall like q^order, q = 0.5 to 0.7:
-/// from one to the next by a factor of 40 and more wherever they are below 1e-3.
-/// Tolerances below kQuadratureTight start at 28: by then the error hardly changes its sign any
-/// more, where two orders would agree by chance.
-inline constexpr unsigned kQuadratureOrders[] = {14, 20, 28, 40, 56, 80, 112};
-inline constexpr std::size_t kQuadratureTightStart = 2;
-inline constexpr double kQuadratureTight = 1e-7;
+/// The orders that are tried in turn, with the largest error of E and B in the table above.
+struct QuadratureStep {
+    QuadratureOrder order;
+    double error;
+};
+inline constexpr QuadratureStep kQuadratureSteps[] = {
+    {{4, 4}, 6e-2},    {{6, 5}, 2e-2},    {{8, 8}, 2e-3},     {{10, 10}, 2e-4},  {{12, 12}, 3e-5},
+    {{14, 14}, 4e-6},  {{16, 16}, 6e-7},  {{20, 20}, 1e-8},   {{28, 28}, 1e-10}, {{40, 40}, 1e-12},
+    {{56, 56}, 1e-12}, {{80, 80}, 1e-12}, {{112, 112}, 1e-12}};
+/// The last one: where no two orders agree before it, the tolerance is out of reach.
+inline constexpr std::size_t kQuadratureLast = std::size(kQuadratureSteps) - 1;
+
+/// The first order to try for a tolerance: one that most texels reach it with. For tolerances below
+/// 1e-7 one that nearly all do: by then the error hardly changes its sign any more, where two
+/// orders would agree by chance.
+constexpr std::size_t quadrature_start(double tolerance) {
+    const double most = tolerance < 1e-7 ? tolerance : 10 * tolerance;
+    std::size_t step = 0;
+    while (step + 1 < kQuadratureLast && kQuadratureSteps[step].error > most) ++step;
+    return step;
+}
 
 /// What float arithmetic may add to a value beyond the rule's own error.
 inline constexpr double kQuadratureFloatRounding = 1e-6;
@@ -54,18 +77,27 @@ struct QuadratureResult {
     /// and a bound on that of the value. In float, rounding adds at most kQuadratureFloatRounding.
     std::vector<float> error;
     std::vector<float> deficit_error;  ///< the same, relative
+    std::vector<std::uint8_t> step;    ///< in kQuadratureSteps, of the order that gave the value
     std::uint64_t evaluations = 0;
-    unsigned order_max = 0;
+    QuadratureOrder order_max;
     std::size_t unsettled = 0;  ///< texels whose error is still above the tolerance
     bool converged() const { return unsettled == 0; }
 };
 
+/// Where to integrate, NoV and alpha (of equal length) in [0, 1], and the Fresnel term's scalars.
+struct QuadraturePlaces {
+    std::span<const double> NoV, alpha;
+    std::array<double, kFresnelParameters> parameters{};
+    /// In kQuadratureSteps: the orders to take, with no second one to compare with and no error
+    /// (infinity). Empty: as many as they need.
+    std::span<const std::uint8_t> steps{};
+};
+
 /// Runs two orders and raises the order of those texels alone that do not agree, which go on
-/// packed, until the error of all is within the tolerance or no order is left. NoV and alpha (of
-/// equal length) lie in [0, 1]; in float, tolerances below half the rounding count as that. Throws
-/// what the backend throws, and Error("non_finite").
+/// packed, until the error of all is within the tolerance or no order is left. In float, tolerances
+/// below half the rounding count as that. Throws what the backend throws, and Error("non_finite").
 QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,
-                                      std::span<const double> NoV, std::span<const double> alpha,
+                                      const QuadraturePlaces& places,
                                       const QuadratureTolerance& tolerance);
 
 /// One place in double, with no backend.
@@ -73,7 +105,7 @@ struct QuadratureValue {
     double E = 0, B = 0, deficit = 0;
     double error = 0;          ///< as in QuadratureResult
     double deficit_error = 0;  ///< relative
-    unsigned order = 0;
+    QuadratureOrder order;
 };
 
 /// E, B and 1 - E. Absolute error <= 1e-9 and relative error of the deficit <= 1e-6 for NoV, alpha
@@ -84,9 +116,18 @@ QuadratureValue quadrature_albedo(double NoV, double alpha, Masking masking);
 double quadrature_directional_albedo(double NoV, double alpha, Masking masking);
 /// 1 - E alone, without the subtraction.
 double quadrature_deficit(double NoV, double alpha, Masking masking);
-/// E_avg = 2 * integral of E NoV dNoV, absolute error <= 1e-9.
-double quadrature_average_albedo(double alpha, Masking masking);
-/// 1 - E_avg without the subtraction, relative error <= 1e-6 for alpha >= 1e-4.
-double quadrature_average_deficit(double alpha, Masking masking);
+struct QuadratureAverages {
+    std::vector<double> deficit;  ///< 1 - E_avg at each alpha
+    std::uint64_t evaluations = 0;
+};
+
+/// E_avg = 2 * integral of E NoV dNoV, within `tolerance`; at 1e-9 the relative error of 1 - E_avg
+/// is
+/// <= 1e-6 for alpha >= 1e-4 as well. `between` is called between launches and may throw.
+QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
+                                       std::span<const double> alpha, double tolerance,
+                                       const std::function<void()>& between);
+/// What its launches are specialised on.
+QuadratureKind quadrature_average_kind(Masking masking);
 
 }  // namespace kiln

@@ -6,10 +6,11 @@
 #include <cmath>
 
 #include "server/base/error.h"
+#include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
+#include "server/compute/stopping.h"
 #include "server/compute/texels.h"
-#include "server/spec/layouts.h"
 
 namespace kiln {
 
@@ -17,17 +18,63 @@ namespace {
 
 /// Places between two looks at the clock: some milliseconds.
 constexpr std::size_t kBlockPlaces = 8192;
+/// From here on the places that make the order map are few beside those that it saves an order.
+constexpr std::size_t kMappedPlaces = 4096;
 
-/// Means of the fast terms at some places, and how far the last two orders were apart.
+/// Of 1 - E where it is asked for, relative.
+constexpr double kDeficitTolerance = 1e-6;
+
+/// Means of terms at some places, and how far the last two orders were apart.
 struct Means {
-    std::vector<double> weight, schlick, deficit;
+    std::array<std::vector<double>, kTermCount> of;
     std::vector<float> error;
 };
 
+/// One run of the kernel: E and the deficit, and the term that it adds to them (or kWeight).
+struct Integral {
+    QuadratureKind kind;
+    std::size_t term = kWeight;
+    std::array<double, kFresnelParameters> parameters{};
+};
+
+/// The runs that a pass takes, one for each Fresnel term in it.
+std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
+    const KernelMaterial& material = pass.what.material;
+    if (material.averaged) return {{quadrature_average_kind(job.masking), kWeight, {}}};
+    std::vector<Integral> list;
+    const auto add = [&](std::size_t term, int fresnel,
+                         const std::array<double, kFresnelParameters>& parameters) {
+        list.push_back({{job.masking, fresnel, job.precision}, term, parameters});
+    };
+    if (material.terms & 1 << kSchlick) {
+        const double exponent = pass.parameters[kExponentParameter];
+        if (exponent == 5)
+            add(kSchlick, kSchlickWeight, {});
+        else
+            add(kSchlick, kSchlickPower, {0, 1, exponent});
+    }
+    for (std::size_t colour = 0; colour < 3; ++colour) {
+        if (!(material.terms & 1 << (kColour + colour))) continue;
+        std::array<double, kFresnelParameters> parameters;
+        std::copy_n(
+            pass.parameters.begin() + static_cast<std::ptrdiff_t>(colour * parameters.size()),
+            parameters.size(), parameters.begin());
+        add(kColour + colour, material.fresnel, parameters);
+    }
+    if (list.empty()) add(kWeight, kNoFresnel, {});
+    return list;
+}
+
 class Quadrature {
   public:
-    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, const Control& control)
-        : job_(job), plan_(plan), backend_(backend), control_(control), texels_(job) {
+    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, double tolerance,
+               const Control& control)
+        : job_(job),
+          plan_(plan),
+          backend_(backend),
+          tolerance_(tolerance),
+          control_(control),
+          texels_(job) {
         Table& table = outcome_.table;
         table.width = texels_.width();
         table.height = texels_.height();
@@ -39,16 +86,29 @@ class Quadrature {
 
     Outcome run() {
         const auto start = std::chrono::steady_clock::now();
-        for (const Pass& pass : plan_.passes)
+        for (const Pass& pass : plan_.passes) {
+            make_maps(pass);
             for (std::size_t first = 0; first < pass.places.count(); first += kBlockPlaces)
                 run_block(pass, first, std::min(kBlockPlaces, pass.places.count() - first));
+        }
         for (const Exact& exact : plan_.exact)
             texels_.fill(outcome_.table.planes[exact.channel], exact.value);
         Report& report = outcome_.report;
         report.run_time_s.integrate =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        report.warnings = layout_warnings(job_);
-        report.status = unsettled_ == 0 ? "converged" : "roundoff_floor";
+        report.warnings = plan_.warnings;
+        report.status = unsettled_ == 0 ? "converged" : "budget_exhausted";
+        const bool beyond_float = job_.target_error && job_.precision == Precision::float32 &&
+                                  *job_.target_error < kQuadratureFloatRounding;
+        if (beyond_float) {
+            report.status = "roundoff_floor";
+            report.warnings.push_back("target_error is below what float32 arithmetic leaves, 1e-6");
+        }
+        if (out_of_time_) {
+            report.status = "budget_exhausted";
+            report.warnings.push_back(
+                "time_budget_s ended the quadrature: places after that stand at its lowest orders");
+        }
         if (unsettled_ != 0)
             report.warnings.push_back(std::to_string(unsettled_) +
                                       " places did not reach the tolerance at the highest order");
@@ -68,86 +128,181 @@ class Quadrature {
     void run_block(const Pass& pass, std::size_t first, std::size_t count) {
         const Means means = pass.what.material.averaged ? averaged(pass, first, count)
                                                         : directional(pass, first, count);
-        for (const Share& share : pass.shares)
-            for (std::size_t i = 0; i < count; ++i) {
-                const double a = combined(share.a, means, i);
-                const Part part = share.part ? share.part(first + i, a, combined(share.b, means, i))
-                                             : Part{a, 1, 0, 0};
-                const double off = means.error[i] * (std::abs(part.by_a) + std::abs(part.by_b));
-                sums_[share.channel].add(off * off, pass.slices.size());
-                for (const std::size_t slice : pass.slices)
-                    texels_.each(pass.what.material.averaged != 0, slice, first + i,
-                                 [&](std::size_t texel) {
-                                     float& at = outcome_.table.planes[share.channel][texel];
-                                     at = static_cast<float>(at + part.value);
-                                 });
-            }
+        for (const Share& share : pass.shares) {
+            const std::vector<double> a = combined(share.a, means, count);
+            if (share.part)
+                store_parts(pass, share, means, a, first);
+            else
+                store(pass, share, means, a, first);
+        }
         done_ += count;
-        control_.progress({static_cast<double>(done_) / planned_places(), {}});
-        if (control_.cancelled()) throw Cancelled();
+        stay_in_touch();
     }
 
-    static double combined(const Combination& c, const Means& means, std::size_t i) {
-        return c[kWeight] * means.weight[i] +
-               c[kSchlick] * (means.schlick.empty() ? 0 : means.schlick[i]) +
-               c[kDeficit] * means.deficit[i];
+    static std::vector<double> combined(const Combination& c, const Means& means,
+                                        std::size_t count) {
+        std::vector<double> sums(count, 0.0);
+        for (std::size_t t = 0; t < kTermCount; ++t)
+            if (c[t] != 0)
+                for (std::size_t i = 0; i < count; ++i) sums[i] += c[t] * means.of[t][i];
+        return sums;
+    }
+
+    void store(const Pass& pass, const Share& share, const Means& means,
+               const std::vector<double>& values, std::size_t first) {
+        ErrorSummary errors;
+        for (const float error : means.error) {
+            errors.sum_of_squares += static_cast<double>(error) * error;
+            errors.max = std::max<double>(errors.max, error);
+        }
+        const auto slices = static_cast<double>(pass.slices.size());
+        errors.sum_of_squares *= slices;
+        errors.count = values.size() * pass.slices.size();
+        sums_[share.channel].add(errors);
+        if (pass.what.material.averaged) {
+            for (const std::size_t slice : pass.slices)
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    add(pass, share, slice, first + i, values[i]);
+            return;
+        }
+        for (const std::size_t slice : pass.slices) {  // one place a texel, in their order
+            float* to = &outcome_.table.planes[share.channel][slice * pass.places.count() + first];
+            for (std::size_t i = 0; i < values.size(); ++i)
+                to[i] = static_cast<float>(to[i] + values[i]);
+        }
+    }
+
+    void store_parts(const Pass& pass, const Share& share, const Means& means,
+                     const std::vector<double>& a, std::size_t first) {
+        const std::vector<double> b = combined(share.b, means, a.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            const Part part = share.part(first + i, a[i], b[i]);
+            const double off = means.error[i] * (std::abs(part.by_a) + std::abs(part.by_b));
+            sums_[share.channel].add(off * off, pass.slices.size());
+            for (const std::size_t slice : pass.slices)
+                add(pass, share, slice, first + i, part.value);
+        }
+    }
+
+    void add(const Pass& pass, const Share& share, std::size_t slice, std::size_t place,
+             double value) {
+        texels_.each(pass.what.material.averaged != 0, slice, place, [&](std::size_t texel) {
+            float& at = outcome_.table.planes[share.channel][texel];
+            at = static_cast<float>(at + value);
+        });
+    }
+
+    /// Orders of a large table's places, for each integral of a pass: in float, where what a
+    /// neighbour needs is enough to know. In double every place is compared.
+    void make_maps(const Pass& pass) {
+        maps_.clear();
+        const bool mapped = !pass.what.material.averaged && job_.axes.size() > 1 &&
+                            job_.precision == Precision::float32 &&
+                            pass.places.count() > kMappedPlaces;
+        if (!mapped) return;
+        for (const Integral& integral : integrals_of(job_, pass)) {
+            maps_.push_back(make_order_map(job_, pass.places, integral.kind, integral.parameters,
+                                           tolerance_of(pass), backend_));
+            count_work(maps_.back().evaluations, integral.term, pass.what.material.terms);
+            unsettled_ += maps_.back().unsettled;
+        }
+    }
+
+    QuadratureTolerance tolerance_of(const Pass& pass) const {
+        const bool single = job_.precision == Precision::float32;
+        const double least = single ? kQuadratureFloatRounding / 2 : 0;
+        QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
+        if (pass.what.material.terms & 1 << kDeficit)
+            tolerance.deficit_relative = std::max(kDeficitTolerance, tolerance_);
+        return tolerance;
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
-        std::vector<double> NoV, alpha;
-        for (std::size_t i = first; i < first + count; ++i) {
-            NoV.push_back(pass.places.NoV(i));
-            alpha.push_back(pass.places.alpha(i));
+        std::vector<double> NoV(count), alpha(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            NoV[i] = pass.places.NoV(first + i);
+            alpha[i] = pass.places.alpha(first + i);
         }
-        const int terms = pass.what.material.terms;
-        const QuadratureKind kind{job_.masking, (terms & 1 << kSchlick) != 0, job_.precision};
-        QuadratureTolerance tolerance;
-        if (terms & 1 << kDeficit) tolerance.deficit_relative = 1e-6;
-        QuadratureResult found = integrate_quadrature(backend_, kind, NoV, alpha, tolerance);
-        count_work(found.evaluations, terms);
-        unsettled_ += found.unsettled;
-        return {std::move(found.E), std::move(found.B), std::move(found.deficit),
-                std::move(found.error)};
-    }
-
-    /// E_avg of each roughness, on the host: a line of the table at most.
-    Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
+        out_of_time_ = deadline_.passed();
+        // The two lowest orders: each place has a value.
+        const QuadratureTolerance tolerance =
+            out_of_time_ ? QuadratureTolerance{1, 0} : tolerance_of(pass);
         Means means;
-        for (std::size_t i = first; i < first + count; ++i) {
-            const double deficit = quadrature_average_deficit(pass.places.alpha(i), job_.masking);
-            means.weight.push_back(1 - deficit);
-            means.deficit.push_back(deficit);
-            means.error.push_back(1e-9f);
-            control_.progress({static_cast<double>(done_ + i - first) / planned_places(), {}});
-            if (control_.cancelled()) throw Cancelled();
+        means.error.assign(count, 0);
+        const std::vector<Integral> integrals = integrals_of(job_, pass);
+        for (std::size_t k = 0; k < integrals.size(); ++k) {
+            const Integral& integral = integrals[k];
+            QuadraturePlaces places{NoV, alpha, integral.parameters, {}};
+            const bool mapped = !maps_.empty() && !out_of_time_;
+            if (mapped) places.steps = std::span(maps_[k].step).subspan(first, count);
+            QuadratureResult found =
+                integrate_quadrature(backend_, integral.kind, places, tolerance);
+            count_work(found.evaluations, integral.term, pass.what.material.terms);
+            unsettled_ += found.unsettled;
+            const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
+            for (std::size_t i = 0; i < count; ++i)
+                means.error[i] = std::max(means.error[i], errors[i]);
+            if (integral.term != kWeight) means.of[integral.term] = std::move(found.B);
+            means.of[kWeight] = std::move(found.E);
+            means.of[kDeficit] = std::move(found.deficit);
         }
         return means;
     }
 
+    /// E_avg of each roughness.
+    Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
+        std::vector<double> alpha;
+        for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
+        QuadratureAverages found = quadrature_averages(backend_, job_.masking, alpha, tolerance_,
+                                                       [this] { stay_in_touch(); });
+        count_work(found.evaluations, kWeight, pass.what.material.terms);
+        Means means;
+        means.of[kDeficit] = std::move(found.deficit);
+        for (const double deficit : means.of[kDeficit]) means.of[kWeight].push_back(1 - deficit);
+        means.error.assign(count, static_cast<float>(tolerance_));
+        return means;
+    }
+
+    void stay_in_touch() {
+        control_.progress({static_cast<double>(done_) / planned_places(), {}});
+        if (control_.cancelled()) throw Cancelled();
+    }
+
     double planned_places() const { return static_cast<double>(planned_); }
 
-    void count_work(std::uint64_t evaluations, int terms) {
+    void count_work(std::uint64_t evaluations, std::size_t term, int terms) {
         Work& work = outcome_.report.work;
         work.brdf_evaluations += evaluations;
-        if (terms & 1 << kSchlick) work.fresnel_evaluations += evaluations;
+        if (term != kWeight) work.fresnel_evaluations += evaluations;
         if (terms & 1 << kDeficit) work.multiscatter_evaluations += evaluations;
     }
 
     const JobSpec& job_;
     const Plan& plan_;
     Backend& backend_;
+    const double tolerance_;
     const Control& control_;
     const Texels texels_;
     Outcome outcome_;
     std::vector<ErrorSummary> sums_;
+    std::vector<OrderMap> maps_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
+    const Deadline deadline_{std::chrono::steady_clock::now(), job_.time_budget_s, 1};
+    bool out_of_time_ = false;
 };
 
 }  // namespace
 
+std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan) {
+    std::vector<KernelKind> kernels;
+    for (const Pass& pass : plan.passes)
+        for (const Integral& integral : integrals_of(job, pass)) kernels.push_back(integral.kind);
+    return kernels;
+}
+
 Outcome integrate_by_quadrature(const JobSpec& job, const Plan& plan, Backend& backend,
-                                const Control& control) {
-    return Quadrature(job, plan, backend, control).run();
+                                double tolerance, const Control& control) {
+    return Quadrature(job, plan, backend, tolerance, control).run();
 }
 
 }  // namespace kiln

@@ -4,29 +4,44 @@
 #include <cstddef>
 #include <span>
 
+#include "server/compute/fresnel.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln {
 
+/// KILN_FRESNEL_NONE, _SCHLICK (here the weight of F90, which takes no parameters) and
+/// _SCHLICK_POWER.
+inline constexpr int kNoFresnel = 0, kSchlickWeight = 1, kSchlickPower = 2;
+
 /// What a quadrature kernel is specialised on: a closed set.
 struct QuadratureKind {
     Masking masking = Masking::smith_correlated;
-    bool fresnel = false;  ///< B too: the azimuth is integrated as well
+    /// The Fresnel term whose albedo B is, by its KILN_FRESNEL_ number, or kNoFresnel: no azimuth
+    /// is integrated then.
+    int fresnel = 0;
     Precision precision = Precision::float32;
     auto operator<=>(const QuadratureKind&) const = default;
 };
 
 /// Planes of values: E, deficit (1 − E), and B where it is asked for.
-constexpr std::size_t quadrature_planes(const QuadratureKind& kind) { return kind.fresnel ? 3 : 2; }
+constexpr std::size_t quadrature_planes(const QuadratureKind& kind) {
+    return kind.fresnel != kNoFresnel ? 3 : 2;
+}
+
+/// Nodes of the longest pieces of the elevation (even), and of the azimuth.
+struct QuadratureOrder {
+    unsigned elevation = 0, azimuth = 0;
+};
 
 /// One device call: kernels/quadrature.h at one order.
 template <typename Scalar>
 struct QuadratureLaunch {
     QuadratureKind what;
-    std::size_t texel_stride = 0;    ///< texels padded to kLanesMax
-    std::span<const Scalar> texels;  ///< NoV of each, then alpha of each: 2 × texel_stride
-    std::span<const Scalar> nodes;   ///< quadrature_nodes(order)
-    unsigned order = 0;
+    std::size_t texel_stride = 0;        ///< texels padded to kLanesMax
+    std::span<const Scalar> texels;      ///< NoV of each, then alpha of each: 2 × texel_stride
+    std::span<const Scalar> nodes;       ///< quadrature_nodes(order)
+    std::span<const Scalar> parameters;  ///< of the Fresnel term: kFresnelParameters
+    QuadratureOrder order;
     std::span<Scalar> values;  ///< out: [plane][texel_stride]
 };
 

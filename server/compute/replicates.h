@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "server/compute/estimate.h"
 #include "server/compute/points.h"
-#include "server/compute/terms.h"
 #include "server/compute/thread_pool.h"
 
 namespace kiln {
@@ -22,54 +22,80 @@ struct ErrorSummary {
     double rms() const;
 };
 
-/// Running mean and spread of the replicate means of some combinations at a block of places.
-/// Batches come in the order of the points, in any split; the result depends on neither split nor
-/// thread count.
+/// Running mean and spread of the replicate means at a block of places. Batches come in the order
+/// of the points, in any split; the result depends on neither split nor thread count.
 class Replicates {
   public:
-    /// `coefficients[c]` is combination c of the terms; `stride` is the launch's texel_stride.
-    Replicates(std::vector<Combination> coefficients, int terms, std::size_t stride);
+    explicit Replicates(std::vector<Mean> means);
 
-    /// Starts over, for a block of at most `stride` places. deficits[place] is what rare events
-    /// carry there (rare_events.h); 0 where an estimate has none.
-    void reset(std::vector<double> deficits);
+    /// Starts over, for the places of `facts`.
+    void reset(PlaceFacts facts);
 
-    /// Adds the batches [first, first + count) of `set`, whose sums are laid out as Launch::sums.
+    /// Adds the batches [first, first + count) of `set`.
     template <typename Scalar>
     void add(ThreadPool& pool, const PointSet& set, std::size_t first, std::size_t count,
-             std::span<const Scalar> sums);
+             const TermSums<Scalar>& sums);
 
     std::size_t completed() const { return completed_; }  ///< replicates
     std::uint64_t samples() const { return weight_; }     ///< a place, in completed replicates
-    std::size_t place_count() const { return place_count_; }
-    double mean(std::size_t combination, std::size_t place) const {
-        return mean_[combination][place];
-    }
-    /// Of the mean; 0 while fewer than two replicates are complete.
-    double variance(std::size_t combination, std::size_t place) const;
-    std::size_t combination_count() const { return coefficients_.size(); }
-    ErrorSummary summary(ThreadPool& pool, std::size_t combination) const;
+    std::size_t place_count() const { return facts_.place_count; }
+    /// The variance is 0 while fewer than two replicates are complete.
+    Estimate estimate(std::size_t mean, std::size_t place) const;
+    std::size_t mean_count() const { return means_.size(); }
+    ErrorSummary summary(ThreadPool& pool, std::size_t mean) const;
     std::uint64_t non_finite() const;  ///< means that are not finite
 
   private:
     struct Step {                     // one batch as every place sees it
-        std::size_t row;              // first plane of the batch in sums
+        std::size_t row;              // batch within sums
         bool completes;               // its replicate
         double inverse_size;          // 1 / points of the replicate
         double weight, weight_after;  // points of the replicate, of all with it
     };
-    void fill_variances(std::size_t combination, std::size_t begin, std::size_t end,
-                        double* out) const;
+    void fill_variances(std::size_t mean, std::size_t begin, std::size_t end, double* out) const;
     template <typename Scalar>
-    void add_places(const std::vector<Step>& steps, std::span<const Scalar> sums, std::size_t begin,
+    void add_places(const std::vector<Step>& steps, const TermSums<Scalar>& sums, std::size_t begin,
                     std::size_t end);
 
-    std::vector<Combination> coefficients_;
-    std::vector<std::size_t> planes_;  // term → plane within a batch
-    std::size_t plane_count_ = 0, stride_, place_count_ = 0, completed_ = 0;
+    std::vector<Mean> means_;
+    PlaceFacts facts_;
+    std::size_t completed_ = 0;
     std::uint64_t weight_ = 0;
-    std::vector<double> deficits_;                              // [place]
-    std::vector<std::vector<double>> partial_, mean_, spread_;  // [combination][place]
+    std::vector<std::vector<double>> partial_, mean_, spread_;  // [mean][place]
+};
+
+/// The same means, by replicates that all grow together: each level lengthens every one of them at
+/// some of the places. The bits at a number of samples are those of Replicates at that number,
+/// whatever the other places do.
+class GrowingReplicates {
+  public:
+    GrowingReplicates(std::vector<Mean> means, PlaceFacts facts);
+
+    /// Takes up a level at these places; `fresh`: with points that replace the earlier ones.
+    void begin(std::span<const std::uint32_t> slots, bool fresh);
+    template <typename Scalar>
+    void add(ThreadPool& pool, const PointSet& set, std::size_t first, std::size_t count,
+             const TermSums<Scalar>& sums);
+    /// The level is whole: its places stand at as many samples as the replicates of `set` have.
+    void commit(ThreadPool& pool, const PointSet& set);
+
+    Estimate estimate(std::size_t mean, std::size_t slot) const;
+    std::uint64_t samples(std::size_t slot) const { return samples_[slot]; }
+    std::size_t mean_count() const { return means_.size(); }
+
+  private:
+    std::vector<double>& scratch(std::size_t mean, std::size_t replicate) {
+        return scratch_[mean * kReplicatesMax + replicate];
+    }
+    void commit_slots(const PointSet& set, std::size_t begin, std::size_t end);
+
+    std::vector<Mean> means_;
+    PlaceFacts facts_, here_;
+    std::vector<std::uint32_t> slots_;
+    std::vector<std::vector<double>> totals_;           // [mean · replicates + replicate][slot]
+    std::vector<std::vector<double>> scratch_;          // the same, at slots_
+    std::vector<std::vector<double>> mean_, variance_;  // [mean][slot]
+    std::vector<std::uint64_t> samples_;                // [slot]
 };
 
 }  // namespace kiln

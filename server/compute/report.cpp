@@ -32,6 +32,7 @@ Json errors(const std::vector<ChannelError>& channels) {
             {"standard_error_max", number("standard_error_max", e.standard_error_max)},
             {"reference_rms", number("reference_rms", e.reference_rms)},
             {"reference_max", number("reference_max", e.reference_max)},
+            {"reference_texels", e.reference_texels ? Json(*e.reference_texels) : Json(nullptr)},
             {"reconstruction_max", number("reconstruction_max", e.reconstruction_max)},
             {"quantisation_max", number("quantisation_max", e.quantisation_max)},
         };
@@ -77,6 +78,7 @@ std::string to_json(const Report& r) {
          {{"queued", number("run_time_s.queued", r.run_time_s.queued)},
           {"compile", number("run_time_s.compile", r.run_time_s.compile)},
           {"integrate", number("run_time_s.integrate", r.run_time_s.integrate)},
+          {"reference", number("run_time_s.reference", r.run_time_s.reference)},
           {"encode", number("run_time_s.encode", r.run_time_s.encode)},
           {"total", number("run_time_s.total", r.run_time_s.total)}}},
         {"error", errors(r.error)},

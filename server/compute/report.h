@@ -16,8 +16,9 @@ struct ChannelError {
     std::optional<double> standard_error_max;
     std::optional<double> reference_rms;  ///< difference from quadrature, where one exists
     std::optional<double> reference_max;
-    std::optional<double> reconstruction_max;  ///< what bilinear lookup adds between texels
-    std::optional<double> quantisation_max;    ///< what the pixel type adds
+    std::optional<double> reconstruction_max;        ///< what bilinear lookup adds between texels
+    std::optional<double> quantisation_max;          ///< what the pixel type adds
+    std::optional<std::int64_t> reference_texels{};  ///< that were held against quadrature
 };
 
 struct TraceRow {
@@ -35,7 +36,7 @@ struct DeviceReport {
 };
 
 struct RunTime {
-    double queued = 0, compile = 0, integrate = 0, encode = 0, total = 0;
+    double queued = 0, compile = 0, integrate = 0, reference = 0, encode = 0, total = 0;
 };
 
 struct Work {

@@ -49,6 +49,30 @@ bool quadrature_knows_lobe(const JobSpec& job) {
     return job.distribution == Distribution::ggx && job.masking <= Masking::smith_separable;
 }
 
+namespace {
+/// A dielectric seen from inside, in any channel or slice.
+bool reflects_totally(const JobSpec& job) {
+    if (job.fresnel.model != Fresnel::dielectric) return false;
+    const auto& ior = job.fresnel.ior;
+    if (job.axes.size() > 2 && job.axes[2].parameter == Parameter::ior) return job.axes[2].lo < 1;
+    return std::any_of(ior.begin(), ior.end(), [](double n) { return n < 1; });
+}
+}  // namespace
+
+std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantity) {
+    const auto quoted = [](std::string_view word) { return '"' + std::string(word) + '"'; };
+    if (quantity == Quantity::fresnel_average) return {};  // exact
+    const bool matte = job.coupling == Coupling::kelemen || job.diffuse.model == DiffuseModel::none;
+    if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
+        return "the diffuse lobe that " + quoted(to_word(quantity)) + " reads";
+    if (!quadrature_knows_lobe(job))
+        return "distribution " + quoted(to_word(job.distribution)) + " under masking " +
+               quoted(to_word(job.masking));
+    if (reads_fresnel(quantity) && reflects_totally(job))
+        return "an ior below 1: total reflection begins at a kink of the integrand";
+    return {};
+}
+
 std::vector<Channel> channels_of(const JobSpec& job) {
     std::vector<Channel> channels;
     for (const Quantity quantity : job.quantities) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ bool reads_multiscatter(Quantity quantity);
 
 /// Whether the lobe is one that quadrature has a rule for (kernels/quadrature.h).
 bool quadrature_knows_lobe(const JobSpec& job);
+/// What keeps quadrature from a quantity of the job, as the object of "has no rule for"; empty
+/// where nothing does.
+std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantity);
 
 /// False for what is a function of roughness (or of nothing) alone, so that a table of one axis
 /// holds it.

@@ -5,6 +5,7 @@
 #include "server/spec/channels.h"
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
+#include "server/spec/kinds.h"
 #include "server/spec/layouts.h"
 #include "server/spec/limits.h"
 #include "server/spec/models.h"
@@ -22,15 +23,19 @@ using Json = nlohmann::json;
 /// rule is applied when all that it reads is sound, so that one answer names every problem.
 class Reader {
   public:
-    Reader(const Json& document, ProblemList& problems)
-        : document_(document), problems_(problems) {}
+    /// `document` has the defaults inserted that `given` leaves out.
+    Reader(const Json& given, const Json& document, ProblemList& problems)
+        : given_(given), document_(document), problems_(problems) {}
 
     JobSpec read() {
+        if (!document_.is_object()) return {};
+        read_word(job_.kind, "/kind");
+        if (sound("/kind")) check_fields();
         if (sound("/layout") && at("/layout").is_string())
             job_.layout = at("/layout").get<std::string>();
         read_fields();
-        read_layout();
-        read_output();
+        if (is_read(job_.kind, "layout")) read_layout();
+        if (is_read(job_.kind, "output")) read_output();
         check_work();
         return std::move(job_);
     }
@@ -52,17 +57,38 @@ class Reader {
         if (sound(pointer)) field = word<E>(at(pointer));
     }
 
+    /// Every kind reads some of the fields.
+    void check_fields() {
+        const bool of_quantities = is_read(job_.kind, "quantities");
+        if (of_quantities && !given_.contains("quantities"))
+            problems_.add("/quantities", "is required and missing");
+        std::string read;
+        for (const auto& [field, value] : document_.items())
+            if (is_read(job_.kind, field)) read += (read.empty() ? "" : ", ") + field;
+        for (const auto& [field, value] : given_.items())
+            if (document_.contains(field) && !is_read(job_.kind, field))
+                problems_.add("/" + field, "is not read by a " + std::string(to_word(job_.kind)) +
+                                               " study; leave it out. It reads: " + read);
+    }
+
+    void read_number(std::optional<double>& field, const char* pointer) {
+        if (sound(pointer) && at(pointer).is_number()) field = at(pointer).get<double>();
+    }
+
     void read_fields() {
-        if (sound("/quantities")) {
+        if (sound("/quantities") && document_.contains("quantities")) {
             for (const Json& entry : at("/quantities"))
                 job_.quantities.push_back(word<Quantity>(entry));
         }
         if (sound("/resolution"))
             job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
+        read_number(job_.target_error, "/target_error");
+        read_number(job_.time_budget_s, "/time_budget_s");
         if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
         read_word(job_.integrator, "/integrator");
         read_word(job_.sampler, "/sampler");
+        prepare_study(job_);
         read_models(document_, problems_, job_);
         read_word(job_.precision, "/precision");
         read_word(job_.device, "/device");
@@ -221,10 +247,20 @@ class Reader {
                               std::to_string(channels_max) + " channels, only exr holds more");
     }
 
+    /// An upper bound on a job that stops by itself, where none is given.
+    void choose_sample_count(std::int64_t texels) {
+        if (!(job_.target_error || job_.time_budget_s) || given_.contains("sample_count")) return;
+        job_.sample_count = limits().sample_count_max;
+        while (job_.sample_count > 1 && job_.sample_count > limits().work_samples_max / texels)
+            job_.sample_count /= 2;
+    }
+
     void check_work() {
-        if (!sound("/resolution", "/sample_count")) return;
-        std::int64_t work = job_.sample_count;  // at most 2^20 · 2^12 · 2^12: no overflow
-        for (const std::int64_t texels : job_.resolution) work *= texels;
+        if (!sound("/resolution", "/sample_count", "/target_error", "/time_budget_s")) return;
+        std::int64_t texels = 1;
+        for (const std::int64_t extent : job_.resolution) texels *= extent;
+        choose_sample_count(texels);
+        const std::int64_t work = job_.sample_count * texels;  // at most 2^20 · 2^36: no overflow
         if (work <= limits().work_samples_max) return;
         problems_.add("/sample_count",
                       "the job takes " + std::to_string(work) +
@@ -232,6 +268,7 @@ class Reader {
                           std::to_string(limits().work_samples_max));
     }
 
+    const Json& given_;
     const Json& document_;
     ProblemList& problems_;
     JobSpec job_;
@@ -257,7 +294,7 @@ JobSpec parse_job(std::string_view text) {
     ProblemList problems(static_cast<std::size_t>(limits().problems_max));
     const Json& schema = contract()["components"]["schemas"]["Job"];
     const Json document = walk_schema(contract(), schema, given, problems);
-    JobSpec job = Reader(document, problems).read();
+    JobSpec job = Reader(given, document, problems).read();
     if (!problems.empty()) throw InvalidJob(problems.take());
     return job;
 }

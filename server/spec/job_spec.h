@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 namespace kiln {
 
 // The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
+enum class Kind { lut, convergence, stability, furnace };
 enum class Quantity {
     split_sum_scale,
     split_sum_bias,
@@ -51,7 +53,8 @@ enum class DiffuseModel {
     eon,
     eon_unreal,
     chan2018,
-    chan2024
+    chan2024,
+    ggx_lambert,  ///< no function but the light that walks over facets: kernels/ggx_lambert.h
 };
 enum class Coupling { none, half_vector, view, kelemen };
 /// kulla_conty_linear has F_avg where kulla_conty has F_avg², as older slides have it.
@@ -78,6 +81,9 @@ struct Axis {
     double shift = 0;  ///< texels by which t lies above where grid and flip put it
     double least = 0;  ///< smaller parameter values are raised to this
     double most = std::numeric_limits<double>::infinity();  ///< larger ones are lowered to this
+    // Only where a table is checked (server/compute/lattice.h).
+    std::vector<double> at{};  ///< places along the axis, in texels, instead of 0, 1, 2, …
+    std::int64_t of = 0;       ///< texels that `at` counts
     bool operator==(const Axis&) const = default;
 };
 
@@ -90,11 +96,16 @@ struct DiffuseSpec {
 
 /// A job past the gate: every field is set and every combination makes sense.
 struct JobSpec {
-    std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
+    Kind kind = Kind::lut;
+    /// 1…64, no repeats; they become channels in this order. Empty for a stability study.
+    std::vector<Quantity> quantities;
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
     std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y
-    std::int64_t sample_count = 1024;  ///< samples a texel in all replicates together
+    /// Samples a texel in all replicates together; with one of the next two, the most.
+    std::int64_t sample_count = 1024;
+    std::optional<double> target_error;   ///< bound on each texel's error at which sampling stops
+    std::optional<double> time_budget_s;  ///< of integration
     Integrator integrator = Integrator::monte_carlo;
     Sampler sampler = Sampler::sobol_owen;
     Importance importance = Importance::vndf;

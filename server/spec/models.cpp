@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/spec/channels.h"
 #include "server/spec/json_text.h"
@@ -83,7 +84,6 @@ class Models {
         if (charlie) job_.masking = Masking::neubelt;
         const LayoutPreset* preset = layout_preset(job_.layout);
         if (preset && job_.distribution == Distribution::ggx) job_.masking = preset->masking;
-        if (job_.distribution != Distribution::ggx) job_.importance = Importance::ndf;
         if (charlie) job_.importance = Importance::uniform;
         word(job_.masking, "/microfacet/masking");
         word(job_.importance, "/importance");
@@ -127,12 +127,12 @@ class Models {
     }
 
     void check_importance() {
-        if (job_.importance == Importance::vndf && job_.distribution != Distribution::ggx)
-            add("/importance", "\"vndf\" draws GGX's visible normals; " +
-                                   std::string(to_word(job_.distribution)) + " takes " +
-                                   (job_.distribution == Distribution::beckmann ? "ndf, " : "") +
-                                   "cosine, uniform");
-        if (job_.importance == Importance::ndf && job_.distribution == Distribution::charlie)
+        if (job_.distribution != Distribution::charlie) return;
+        if (job_.importance == Importance::vndf)
+            add("/importance",
+                "\"vndf\" draws normals that Smith's masking lets be seen, and charlie has no such "
+                "masking; allowed: cosine, uniform");
+        if (job_.importance == Importance::ndf)
             add("/importance",
                 "\"ndf\" draws charlie's normals near the horizon, where a sample weighs without "
                 "bound; allowed: cosine, uniform");
@@ -201,26 +201,28 @@ class Models {
 
     /// What quadrature has a rule for: kernels/quadrature.h.
     void check_quadrature() {
-        const auto refuse = [&](const std::string& why) {
+        std::set<std::string> reasons;
+        for (const Quantity quantity : job_.quantities)
+            if (const auto lack = quadrature_lacks(job_, quantity)) reasons.insert(*lack);
+        for (const std::string& reason : reasons)
             add("/integrator",
-                "\"quadrature\" has no rule for " + why + "; allowed here: monte_carlo");
-        };
-        if (!quadrature_knows_lobe(job_))
-            refuse("distribution " + in_quotes(to_word(job_.distribution)) + " under masking " +
-                   in_quotes(to_word(job_.masking)));
-        else if (job_.fresnel.model == Fresnel::schlick && job_.fresnel.exponent != 5)
-            refuse("a Schlick exponent that is not 5");
-        for (const Quantity quantity : job_.quantities) {
-            const bool term = reads_fresnel(quantity) && quantity != Quantity::fresnel_average;
-            const bool matte =
-                job_.coupling == Coupling::kelemen || job_.diffuse.model == DiffuseModel::none;
-            if (term && job_.fresnel.model > Fresnel::schlick)
-                refuse("Fresnel model " + in_quotes(to_word(job_.fresnel.model)));
-            else if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
-                refuse("the diffuse lobe that " + in_quotes(to_word(quantity)) + " reads");
-        }
-        if (problems_.sound("/device") && document_["device"] == "opencl")
-            add("/device", "\"opencl\" does not run the quadrature; allowed: auto, native");
+                "\"quadrature\" has no rule for " + reason + "; allowed here: monte_carlo");
+    }
+
+    /// A walk over facets has an albedo, but no value at a pair of directions.
+    void check_simulated() {
+        if (!std::count(job_.quantities.begin(), job_.quantities.end(), Quantity::total_albedo))
+            return;
+        if (job_.coupling == Coupling::half_vector)
+            add("/coupling",
+                "\"half_vector\" weighs the diffuse lobe by F at each light's half vector, and "
+                "\"ggx_lambert\" has no lobe but light that walks over facets; allowed: none, "
+                "view");
+        if (job_.distribution != Distribution::ggx || job_.masking != Masking::smith_correlated)
+            add("/diffuse/model",
+                "\"ggx_lambert\" walks over GGX facets under smith_correlated; the specular lobe "
+                "of "
+                "another surface cannot lie over it");
     }
 
     void check_together() {
@@ -233,6 +235,7 @@ class Models {
                 add("/diffuse/model",
                     "\"none\" leaves " + in_quotes(to_word(quantity)) + " without a lobe");
         }
+        if (job_.diffuse.model == DiffuseModel::ggx_lambert) check_simulated();
         if (job_.coupling == Coupling::kelemen && job_.diffuse.model > DiffuseModel::lambert)
             add("/coupling",
                 "\"kelemen\" replaces the Lambert lobe; diffuse.model must be lambert");

@@ -5,6 +5,7 @@ namespace kiln {
 namespace {
 
 using Word = std::string_view;
+constexpr Word kKind[] = {"lut", "convergence", "stability", "furnace"};
 constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "directional_albedo",
                               "average_albedo",         "multiscatter_albedo", "specular_albedo",
                               "compensated_albedo",     "fresnel_average",     "diffuse_albedo",
@@ -21,8 +22,9 @@ constexpr Word kMasking[] = {"smith_correlated", "smith_separable", "karis_ibl",
 constexpr Word kFresnel[] = {"none", "schlick", "dielectric", "conductor", "edge_tint", "f82_tint"};
 constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold",     "iron",
                            "nickel",    "platinum", "silver", "titanium", "tungsten"};
-constexpr Word kDiffuseModel[] = {"none", "lambert", "burley",     "oren_nayar", "oren_nayar_full",
-                                  "fon",  "eon",     "eon_unreal", "chan2018",   "chan2024"};
+constexpr Word kDiffuseModel[] = {
+    "none", "lambert",    "burley",   "oren_nayar", "oren_nayar_full", "fon",
+    "eon",  "eon_unreal", "chan2018", "chan2024",   "ggx_lambert"};
 constexpr Word kCoupling[] = {"none", "half_vector", "view", "kelemen"};
 constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "turquin"};
 constexpr Word kPrecision[] = {"float32", "float64"};
@@ -33,6 +35,7 @@ constexpr Word kPixelType[] = {"half", "float", "uint8", "uint16"};
 }  // namespace
 
 // clang-format off
+template <> std::span<const Word> words<Kind>() { return kKind; }
 template <> std::span<const Word> words<Quantity>() { return kQuantity; }
 template <> std::span<const Word> words<Parameter>() { return kParameter; }
 template <> std::span<const Word> words<Mapping>() { return kMapping; }

@@ -10,6 +10,7 @@
 #include "server/compute/native.h"
 #include "server/compute/plan.h"
 #include "server/spec/spec.h"
+#include "server/spec/words.h"
 
 namespace kiln {
 namespace {
@@ -103,12 +104,14 @@ std::vector<KernelMaterial> general_materials() {
     for (int masking = 0; masking <= 4; ++masking)
         for (int importance = 0; importance <= 3; ++importance) add(0, masking, importance);
     for (int masking = 0; masking <= 1; ++masking)
-        for (int importance = 1; importance <= 3; ++importance) add(1, masking, importance);
+        for (int importance = 0; importance <= 3; ++importance) add(1, masking, importance);
     for (int masking = 5; masking <= 7; ++masking)
         for (int importance = 2; importance <= 3; ++importance) add(2, masking, importance);
-    for (int diffuse = 0; diffuse <= 8; ++diffuse)
+    // The last is no lobe that a Fresnel term could weigh (kernels/ggx_lambert.h).
+    const int simulated = static_cast<int>(words<DiffuseModel>().size()) - 2;
+    for (int diffuse = 0; diffuse <= simulated; ++diffuse)
         all.push_back({.importance = 2,
-                       .terms = 7 << kDiffuse | 7 << kTransmitted,
+                       .terms = 7 << kDiffuse | (diffuse < simulated ? 7 << kTransmitted : 0),
                        .fresnel = diffuse % 6,
                        .diffuse = diffuse,
                        .general = 1});

@@ -134,7 +134,7 @@ TEST(Models, FresnelOverBeckmannAndCharlie) {
         JobSpec job = model_job({Quantity::specular_albedo});
         job.distribution = distribution;
         job.masking = charlie ? Masking::neubelt : Masking::smith_correlated;
-        job.importance = charlie ? Importance::uniform : Importance::ndf;
+        job.importance = charlie ? Importance::uniform : Importance::vndf;
         job.fresnel = fresnel.model;
         const Outcome outcome = bake(job);
         for (std::size_t c = 0; c < 3; ++c)
@@ -150,6 +150,25 @@ TEST(Models, FresnelOverBeckmannAndCharlie) {
                              }),
                  charlie ? "charlie" : "beckmann");
     }
+}
+
+// Where the averages are no quadrature's but sampled as well.
+TEST(Models, MultiscatterOverBeckmann) {
+    const FresnelCase fresnel = schlick({0.3}, 1, 5);
+    JobSpec job = model_job({Quantity::compensated_albedo});
+    job.distribution = Distribution::beckmann;
+    job.fresnel = fresnel.model;
+    job.multiscatter = Multiscatter::kulla_conty;
+    Values truth;
+    for (const double roughness : roughnesses(job)) {
+        reference::Microfacet lobe = ggx(roughness);
+        lobe.distribution = reference::Distribution::beckmann;
+        const reference::SpecularAlbedo line(
+            reference::Specular{lobe, fresnel.channels[0], reference::Multiscatter::kulla_conty});
+        for (const double NoV : against_reference::positions(job.axes[0], job.resolution[0]))
+            truth.push_back(line.at(NoV));
+    }
+    hold(bake(job), 0, truth, "beckmann");
 }
 
 struct MultiscatterCase {

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -62,6 +65,13 @@ TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
     costs(job, {8, 0, 8, true, false, true}, "multiscatter_albedo");
     job.quantities = {specular_albedo};
     costs(job, {8, 8, 0, false, true, true}, "specular_albedo");
+    job.quantities = {split_sum_scale, split_sum_bias};
+    costs(job, {8, 8, 0, false, true, true}, "split sum");
+    job.quantities = {compensated_albedo};
+    costs(job, {8, 8, 8, false, false, true}, "compensated_albedo");
+    job.multiscatter = Multiscatter::turquin;
+    costs(job, {8, 8, 0, false, true, true}, "compensated_albedo by Turquin: E, no deficit");
+    job.multiscatter = Multiscatter::kulla_conty;
     job.quantities = {diffuse_albedo};
     costs(job, {8, 0, 0, true, true, false}, "diffuse_albedo");
     job.quantities = {diffuse_average_albedo};
@@ -75,8 +85,16 @@ TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
     costs(job, {16, 8, 8, false, false, false}, "total_albedo, uncoupled");
     job.multiscatter = Multiscatter::none;
     costs(job, {16, 8, 0, false, true, false}, "total_albedo, single scattering");
+    job.coupling = Coupling::view;
+    costs(job, {16, 0, 0, true, true, false}, "total_albedo, F of the view alone");
+    job.coupling = Coupling::kelemen;
+    job.diffuse.model = DiffuseModel::lambert;
+    costs(job, {8, 8, 0, false, true, true}, "total_albedo, matte lobe in closed form");
+    job.coupling = Coupling::none;
     job.fresnel.model = Fresnel::none;
     costs(job, {16, 0, 0, true, true, false}, "total_albedo, F = 1");
+    job.diffuse.model = DiffuseModel::ggx_lambert;
+    costs(job, {16, 0, 0, true, true, false}, "total_albedo, walks");
     job.diffuse.model = DiffuseModel::none;
     costs(job, {8, 0, 0, true, true, true}, "total_albedo, specular alone");
 }
@@ -99,7 +117,6 @@ TEST(Plan, AveragesSayThatTheyWork) {
     for (const Distribution distribution : {Distribution::ggx, Distribution::beckmann}) {
         JobSpec job = few({Quantity::compensated_albedo});
         job.distribution = distribution;
-        if (distribution == Distribution::beckmann) job.importance = Importance::ndf;
         int call_count = 0;
         Control control;
         control.progress = [&](const Progress&) { ++call_count; };
@@ -107,6 +124,42 @@ TEST(Plan, AveragesSayThatTheyWork) {
         EXPECT_EQ(averages.deficit.size(), Places::averaged(job).count());
         EXPECT_GT(call_count, 1) << to_word(distribution);
     }
+}
+
+// The numbers of the warning beside Hoffman's formula, written out here.
+TEST(Plan, WarnsOfANegativeReflectanceWithItsNumbers) {
+    JobSpec job = few({Quantity::specular_albedo});
+    job.fresnel.model = Fresnel::f82_tint;
+    job.fresnel.f0 = {0.9, 0.6, 0.2};
+    job.fresnel.f82 = {0.5, 0.8, 0};
+    const auto F = [](double VoH) {
+        const double schlick = .2 + .8 * std::pow(1 - VoH, 5), m = 1. / 7;
+        const double at_82 = .2 + .8 * std::pow(6. / 7, 5);
+        return schlick - at_82 / (m * std::pow(6. / 7, 6)) * VoH * std::pow(1 - VoH, 6);
+    };
+    double least = 1, at = 0;
+    for (int i = 0; i <= 1000; ++i)
+        if (F(i / 1e3) < least) least = F(i / 1e3), at = i / 1e3;
+    ASSERT_LT(least, 0);
+    std::ostringstream numbers;
+    numbers << std::setprecision(3) << "least " << least << " at " << at;
+    const auto warnings = bake(job).report.warnings;
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find("f0 0.2, f82 0:"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[0].find(numbers.str()), std::string::npos)
+        << warnings[0] << " beside " << numbers.str();
+    job.fresnel.f82 = {0.5, 0.8, 1};
+    EXPECT_TRUE(bake(job).report.warnings.empty());
+    job.fresnel.f82 = {0, 0, 0};
+    job.quantities = {Quantity::directional_albedo};
+    EXPECT_TRUE(bake(job).report.warnings.empty()) << "nothing reads the Fresnel term";
+    // Along z the worst slice speaks for all.
+    job.quantities = {Quantity::specular_albedo};
+    job.fresnel.f0 = {0.04};
+    job.fresnel.f82 = {0};
+    job.resolution.push_back(8);
+    job.axes.push_back(against_reference::axis(Parameter::f0));
+    EXPECT_EQ(bake(job).report.warnings.size(), 1U);
 }
 
 /// Bits of slice z of every plane beside the two-dimensional job with that number.

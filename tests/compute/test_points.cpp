@@ -140,5 +140,48 @@ TEST(Points, AHalfVectorOfAllNormalsComesNormalised) {
     }
 }
 
+// Of a facet: cos phi, 1 - u, u, sqrt(v) cos psi, sqrt(1 - v).
+TEST(Points, AWalksRowHasThreeFacetsAndNoV) {
+    for (const Sampler sampler : kSamplers) {
+        const PointSet set = make_points(sampler, PointKind::facet_walk, 4, 16 * 256);
+        ASSERT_EQ(set.values.size(), 16U * 256 * kWalkScalars);
+        double cosines = 0, azimuth2 = 0;
+        for (std::size_t i = 0; i < set.values.size(); i += kWalkScalars) {
+            for (std::size_t facet = i; facet < i + 15; facet += 5) {
+                const double u = set.values[facet + 2], cosine = set.values[facet + 4];
+                EXPECT_DOUBLE_EQ(set.values[facet + 1], 1 - u);
+                EXPECT_GT(u, 0);
+                EXPECT_LT(u, 1);
+                EXPECT_LE(set.values[facet + 3] * set.values[facet + 3] + cosine * cosine,
+                          1 + 1e-15);
+                cosines += cosine;
+                azimuth2 += set.values[facet] * set.values[facet];
+            }
+            EXPECT_GT(set.values[i + 15], 0);
+            EXPECT_LT(set.values[i + 15], 1);
+        }
+        // Means 2/3 and 1/2 with variances 1/18 and 1/8: five standard errors of random points.
+        const double count = 3 * 16 * 256;
+        EXPECT_NEAR(cosines / count, 2. / 3, 5 * std::sqrt(1 / 18. / count)) << to_word(sampler);
+        EXPECT_NEAR(azimuth2 / count, .5, 5 * std::sqrt(1 / 8. / count)) << to_word(sampler);
+    }
+}
+
+TEST(Points, EveryDimensionOfAWalkIsStratified) {
+    const PointSet set = make_points(Sampler::sobol_owen, PointKind::facet_walk, 9, 16 * 256);
+    for (std::size_t facet = 0; facet < 3; ++facet)
+        for (const std::size_t scalar : {5 * facet, 5 * facet + 2, 5 * facet + 4}) {
+            std::set<int> cells;
+            for (std::size_t i = 0; i < 256; ++i) {
+                const double value = set.values[kWalkScalars * i + scalar];
+                const double u = scalar % 5 == 0   ? std::acos(value) / std::numbers::pi
+                                 : scalar % 5 == 2 ? value
+                                                   : value * value;
+                cells.insert(static_cast<int>(u * 256));
+            }
+            EXPECT_EQ(cells.size(), 256U) << scalar;
+        }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -24,15 +24,23 @@ struct Sums {
     }
 };
 
+const std::vector<Mean> kMean = {{.terms = {1}}};
+const PlaceFacts kEightPlaces = {8, {{}}, {{}}, {{}}};
+
+TermSums<float> from(const Sums& sums, std::size_t batch) {
+    TermSums<float> found;
+    found.data[0] = sums.values.data() + batch * kLanesMax;
+    found.step[0] = kLanesMax;
+    return found;
+}
+
 Replicates added(const Sums& sums, std::size_t split) {
     ThreadPool pool(2);
-    Replicates replicates({{1, 0, 0}}, 1, kLanesMax);
-    replicates.reset(std::vector<double>(8, 0.0));
+    Replicates replicates(kMean);
+    replicates.reset(kEightPlaces);
     for (std::size_t first = 0; first < sums.set.batches.size(); first += split) {
         const std::size_t count = std::min(split, sums.set.batches.size() - first);
-        replicates.add(
-            pool, sums.set, first, count,
-            std::span<const float>(sums.values).subspan(first * kLanesMax, count * kLanesMax));
+        replicates.add(pool, sums.set, first, count, from(sums, first));
     }
     return replicates;
 }
@@ -43,8 +51,8 @@ TEST(Replicates, AnySplitOfTheBatchesGivesTheSameBits) {
     for (const std::size_t split : {1u, 2u, 3u, 5u, 15u}) {
         const Replicates parts = added(sums, split);
         for (std::size_t place = 0; place < 8; ++place) {
-            EXPECT_EQ(whole.mean(0, place), parts.mean(0, place));
-            EXPECT_EQ(whole.variance(0, place), parts.variance(0, place));
+            EXPECT_EQ(whole.estimate(0, place).value, parts.estimate(0, place).value);
+            EXPECT_EQ(whole.estimate(0, place).variance, parts.estimate(0, place).variance);
         }
     }
 }
@@ -67,10 +75,35 @@ TEST(Replicates, MeanAndStandardErrorAreTheTextbookOnes) {
             spread += size * off * off;
         }
         // 16 additions of rounding 1.1e-16 each, on values near 0.5.
-        EXPECT_NEAR(replicates.mean(0, place), mean, 2e-15);
-        EXPECT_NEAR(std::sqrt(replicates.variance(0, place)), std::sqrt(spread / (points * 15)),
-                    1e-13);
+        EXPECT_NEAR(replicates.estimate(0, place).value, mean, 2e-15);
+        EXPECT_NEAR(replicates.estimate(0, place).standard_error(),
+                    std::sqrt(spread / (points * 15)), 1e-13);
     }
+}
+
+// The places of a level come packed; those that are not among them keep what they have.
+TEST(Replicates, GrowTogetherToTheSameBits) {
+    const Sums sums;
+    const Replicates whole = added(sums, sums.set.batches.size());
+    ThreadPool pool(2);
+    GrowingReplicates growing(kMean, kEightPlaces);
+    const std::vector<std::uint32_t> some = {1, 4, 6};
+    growing.begin(some, true);
+    Sums packed = sums;
+    for (std::size_t b = 0; b < sums.set.batches.size(); ++b)
+        for (std::size_t i = 0; i < some.size(); ++i)
+            packed.values[b * kLanesMax + i] = sums.values[b * kLanesMax + some[i]];
+    for (std::size_t b = 0; b < sums.set.batches.size(); ++b)
+        growing.add(pool, sums.set, b, 1, from(packed, b));
+    EXPECT_EQ(growing.estimate(0, 4).value, 0) << "nothing counts before a level is whole";
+    growing.commit(pool, sums.set);
+    for (const std::uint32_t place : some) {
+        EXPECT_EQ(growing.estimate(0, place).value, whole.estimate(0, place).value);
+        EXPECT_EQ(growing.estimate(0, place).variance, whole.estimate(0, place).variance);
+        EXPECT_EQ(growing.samples(place), whole.samples());
+    }
+    EXPECT_EQ(growing.samples(0), 0u);
+    EXPECT_EQ(growing.estimate(0, 0).value, 0);
 }
 
 TEST(Replicates, CountsWhatIsNotFinite) {

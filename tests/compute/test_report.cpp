@@ -20,14 +20,20 @@ Report full() {
     r.samples_per_texel = 1024;
     r.samples_total = 18446744073709551615U;
     r.replicates = 16;
-    r.run_time_s = {.queued = 0.5, .compile = 1, .integrate = 2, .encode = 0.1, .total = 3.5};
+    r.run_time_s = {.queued = 0.5,
+                    .compile = 1,
+                    .integrate = 2,
+                    .reference = 0.05,
+                    .encode = 0.1,
+                    .total = 3.5};
     r.error = {{.quantity = "split_sum_scale",
                 .standard_error_rms = 1e-4,
                 .standard_error_max = 2e-4,
                 .reference_rms = 3e-4,
                 .reference_max = 4e-4,
                 .reconstruction_max = 5e-4,
-                .quantisation_max = 0}};
+                .quantisation_max = 0,
+                .reference_texels = 4096}};
     r.error.emplace_back().quantity = "average_albedo";
     r.trace = {{.sample_count = 64,
                 .elapsed_s = 0.25,
@@ -46,14 +52,15 @@ TEST(Report, IsTheContractsDocument) {
       "device": {"backend": "native", "name": "x86-64-v4", "numerics": "n1",
                  "fallback": "no device"},
       "samples": {"per_texel": 1024, "total": 18446744073709551615, "replicates": 16},
-      "run_time_s": {"queued": 0.5, "compile": 1.0, "integrate": 2.0, "encode": 0.1, "total": 3.5},
+      "run_time_s": {"queued": 0.5, "compile": 1.0, "integrate": 2.0, "reference": 0.05,
+                     "encode": 0.1, "total": 3.5},
       "error": {
         "split_sum_scale": {"standard_error_rms": 1e-4, "standard_error_max": 2e-4,
-          "reference_rms": 3e-4, "reference_max": 4e-4, "reconstruction_max": 5e-4,
-          "quantisation_max": 0.0},
+          "reference_rms": 3e-4, "reference_max": 4e-4, "reference_texels": 4096,
+          "reconstruction_max": 5e-4, "quantisation_max": 0.0},
         "average_albedo": {"standard_error_rms": null, "standard_error_max": null,
-          "reference_rms": null, "reference_max": null, "reconstruction_max": null,
-          "quantisation_max": null}},
+          "reference_rms": null, "reference_max": null, "reference_texels": null,
+          "reconstruction_max": null, "quantisation_max": null}},
       "trace": [{"sample_count": 64, "elapsed_s": 0.25, "standard_error_rms": null,
                  "standard_error_max": 0.125}],
       "work": {"brdf_evaluations": 7, "fresnel_evaluations": 8, "multiscatter_evaluations": 9},

@@ -16,20 +16,7 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_AS_REAL(x) std::bit_cast<double>(x)
 #define KILN_DOUBLE 1
 #define KILN_LANES 1
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/lane.h"
-#include "kernels/lane_math.h"
-#include "kernels/lane_arc.h"
-#include "kernels/fresnel.h"
-#include "kernels/diffuse.h"
-#include "kernels/smith.h"
-#include "kernels/ggx.h"
-#include "kernels/integrand.h"
-#include "kernels/batch.h"
-#include "kernels/microfacet.h"
-#include "kernels/material.h"
-// clang-format on
+#include "kernels/kernels.h"
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace in_double
@@ -45,20 +32,7 @@ inline real lane_fma(real a, real b, real c) { return std::fma(a, b, c); }
 #define KILN_AS_REAL(x) std::bit_cast<float>(x)
 #define KILN_DOUBLE 0
 #define KILN_LANES 1
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/lane.h"
-#include "kernels/lane_math.h"
-#include "kernels/lane_arc.h"
-#include "kernels/fresnel.h"
-#include "kernels/diffuse.h"
-#include "kernels/smith.h"
-#include "kernels/ggx.h"
-#include "kernels/integrand.h"
-#include "kernels/batch.h"
-#include "kernels/microfacet.h"
-#include "kernels/material.h"
-// clang-format on
+#include "kernels/kernels.h"
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace in_float

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
 
 #include "tests/reference/cosine_average.h"
+#include "tests/reference/facet_rings.h"
 #include "tests/reference/microfacet_models.h"
 #include "tests/reference/tanh_sinh.h"
 
@@ -16,8 +16,6 @@ namespace kiln::reference {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Normals steeper than this slope hold less than 1e-10 of the integral.
-constexpr double kSteepest = 1e10;
 
 void check(double alpha, double cosine) {
     if (!(alpha >= 1e-3 && alpha <= 1 && cosine >= 1e-4 && cosine <= 1))
@@ -28,42 +26,6 @@ double joint_masking(double alpha, double NoV, double NoL, Masking masking) {
     const double v = smith_lambda(Distribution::ggx, alpha, NoV);
     const double l = smith_lambda(Distribution::ggx, alpha, NoL);
     return masking == Masking::correlated ? 1 / (1 + v + l) : 1 / ((1 + v) * (1 + l));
-}
-
-/// Where <d, m> turns negative as m turns away from d's azimuth.
-double visible_azimuth(double cos_d, double sin_d, double cos_m, double sin_m) {
-    if (sin_d * sin_m == 0) return kPi;
-    return std::acos(std::clamp(-cos_d * cos_m / (sin_d * sin_m), -1.0, 1.0));
-}
-
-/// Integral of <d, m> over the azimuth of m.
-double visible_cosine(double cos_d, double sin_d, double cos_m, double sin_m) {
-    const double phi = visible_azimuth(cos_d, sin_d, cos_m, sin_m);
-    return 2 * (phi * cos_d * cos_m + sin_d * sin_m * std::sin(phi));
-}
-
-/// Integral over the polar angle theta of D(theta) sin(theta) inner(cos, sin), with tan(theta) =
-/// alpha sinh v, split at the given slopes.
-template <class Inner>
-double over_normals(double alpha, std::initializer_list<double> slopes, const TanhSinh& rule,
-                    const Inner& inner) {
-    std::vector<double> ends{0, std::asinh(kSteepest / alpha)};
-    for (const double slope : slopes)
-        if (slope > 0 && slope < kSteepest) ends.push_back(std::asinh(slope / alpha));
-    std::sort(ends.begin(), ends.end());
-    double sum = 0;
-    for (std::size_t part = 0; part + 1 < ends.size(); ++part) {
-        const double length = ends[part + 1] - ends[part];
-        for (std::size_t j = 0; j < rule.weight.size(); ++j) {
-            const double v = ends[part] + length * rule.from0[j];
-            const double t = alpha * std::sinh(v), cos_m = 1 / std::sqrt(1 + t * t);
-            const double weight = length * rule.weight[j] * alpha * std::cosh(v) * cos_m * cos_m *
-                                  distribution(Distribution::ggx, alpha, t) * t * cos_m;
-            if (weight < 1e-19) continue;
-            sum += weight * inner(cos_m, t * cos_m);
-        }
-    }
-    return sum;
 }
 
 }  // namespace

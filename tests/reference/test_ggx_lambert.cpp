@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/reference/ggx_lambert.h"
 #include "tests/reference/tanh_sinh.h"
@@ -101,6 +103,44 @@ TEST(GgxLambert, WalksAreReciprocal) {
     }
     EXPECT_GT(down, 1000);
     EXPECT_NEAR(down, up, kSigmas * std::sqrt(down + up));
+}
+
+double sum(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// Three ways to the same numbers: invariance, quadrature of the first bounce, and walks.
+TEST(GgxLambert, InvarianceIsTheQuadratureAndTheWalk) {
+    const std::vector<double> views = {.1, .3, 1};
+    for (const double alpha : {.1, .25, .6}) {
+        const auto shares = ggx_lambert_shares(alpha, views, 40);
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            EXPECT_NEAR(shares[v][0], ggx_lambert_single_albedo(alpha, views[v]), 1e-8);
+            // Nothing is lost; .54 of what is inside goes on at each bounce at alpha = .6.
+            EXPECT_NEAR(sum(shares[v]), 1, 1e-8) << alpha << ' ' << views[v];
+            const WalkedAlbedo walked = ggx_lambert_walked_albedo(alpha, views[v], .6, 20000, 77);
+            EXPECT_NEAR(ggx_lambert_albedo(shares[v], .6), walked.all.mean,
+                        kSigmas * walked.all.standard_error)
+                << alpha << ' ' << views[v];
+        }
+        EXPECT_NEAR(sum(ggx_lambert_average_shares(alpha, 40)), 1, 1e-8);
+    }
+    EXPECT_NEAR(ggx_lambert_average_shares(.25, 1)[0], ggx_lambert_single_average(.25), 1e-7);
+    const WalkedAlbedo average = ggx_lambert_walked_average(.6, .6, 50000, 8);
+    EXPECT_NEAR(ggx_lambert_albedo(ggx_lambert_average_shares(.6, 40), .6), average.all.mean,
+                kSigmas * average.all.standard_error);
+}
+
+// Bounds of the reference itself: fewer ordinates move it by less than what it promises.
+TEST(GgxLambert, OrdinatesHaveConverged) {
+    const std::vector<double> views = {.1, .5, 1};
+    for (const double alpha : {.1, .5, 1.}) {
+        const auto coarse = ggx_lambert_shares(alpha, views, 10, 28);
+        const auto fine = ggx_lambert_shares(alpha, views, 10, 40);
+        for (std::size_t v = 0; v < views.size(); ++v)
+            for (std::size_t k = 0; k < 10; ++k)
+                EXPECT_NEAR(coarse[v][k], fine[v][k], 2e-8) << alpha << ' ' << k;
+    }
 }
 
 TEST(GgxLambert, RefusesWhatItCannotAnswer) {

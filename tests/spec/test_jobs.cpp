@@ -89,6 +89,25 @@ TEST(Jobs, CanonicalTextIsTheContractsDocument) {
     EXPECT_EQ(job_id(parse_job(kContractExample)), sha256_hex("kiln/job/1\n" + text));
 }
 
+// 2^20 samples of one texel are allowed; of 256², 2^18 are the most below 2e10 samples.
+TEST(Jobs, WhatStopsByItselfTakesAsManySamplesAsMayBe) {
+    const auto samples = [](const std::string& fields) {
+        return parse_job(R"({"quantities":["split_sum_bias"],)" + fields + "}").sample_count;
+    };
+    EXPECT_EQ(samples(R"("target_error":1e-3)"), 262144);
+    EXPECT_EQ(samples(R"("time_budget_s":1)"), 262144);
+    EXPECT_EQ(samples(R"("target_error":1e-3,"resolution":[16,16])"), 1048576);
+    EXPECT_EQ(samples(R"("target_error":1e-3,"resolution":[4096,4096])"), 1024);
+    EXPECT_EQ(samples(R"("target_error":1e-3,"sample_count":4096)"), 4096);
+    EXPECT_EQ(samples(R"("target_error":null)"), 1024);
+    const JobSpec job =
+        parse_job(R"({"quantities":["split_sum_bias"],"target_error":0.25,"time_budget_s":2})");
+    EXPECT_EQ(job.target_error, 0.25);
+    EXPECT_EQ(job.time_budget_s, 2.0);
+    EXPECT_FALSE(parse_job(kContractExample).target_error.has_value());
+    EXPECT_FALSE(parse_job(kContractExample).time_budget_s.has_value());
+}
+
 TEST(Jobs, PixelDefaultsFollowTheFormat) {
     EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"]})").pixel, PixelType::half);
     EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"],"output":{"format":"png"}})").pixel,
@@ -128,6 +147,10 @@ TEST(Jobs, MeaningDoesSplitTheCache) {
         R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[256,255]})",
         R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[255,256]})",
         R"({"quantities":["split_sum_scale","split_sum_bias"],"sample_count":1025})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"target_error":0.25})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"target_error":0.5})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"time_budget_s":0.5})",
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"time_budget_s":0.25})",
         R"({"quantities":["split_sum_scale","split_sum_bias"],"sampler":"lattice"})",
         R"({"quantities":["split_sum_scale","split_sum_bias"],"importance":"ndf"})",
         R"({"quantities":["split_sum_scale","split_sum_bias"],

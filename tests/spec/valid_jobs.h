@@ -34,6 +34,11 @@ inline const std::vector<std::string> kValidJobs = {
     R"({"quantities":["split_sum_scale"]})",
     " \r\n\t{\"quantities\":[\"split_sum_scale\"]}\n",
     R"({"quantities":["average_albedo"],"resolution":[64]})",
+    R"({"kind":"furnace"})",
+    R"({"kind":"furnace","coupling":"kelemen","importance":"ndf","sample_count":64,"seed":3})",
+    R"({"kind":"stability","device":"native"})",
+    R"({"kind":"convergence","quantities":["split_sum_scale"],"sample_count":64})",
+    R"({"kind":"convergence","quantities":["average_albedo"],"resolution":[16]})",
     R"({"quantities":["average_albedo"],"resolution":[1],"layout":{"x":{"parameter":"alpha"}}})",
     R"({"quantities":["average_albedo"],"output":{"format":"png"}})",
     R"({"quantities":["average_albedo"],"output":{"format":"png","pixel":"uint8"}})",
@@ -54,6 +59,10 @@ inline const std::vector<std::string> kValidJobs = {
         "y":{"parameter":"NoV","mapping":"square","grid":"node","flip":true,"range":[0.999,1]}}})",
     R"({"quantities":["directional_albedo"],"layout":{"x":{"parameter":"alpha","mapping":"sqrt"},
         "y":{"parameter":"NoV"}},"precision":"float64","sampler":"random"})",
+    R"({"quantities":["split_sum_bias"],"target_error":1e-9})",
+    R"({"quantities":["split_sum_bias"],"target_error":1,"sample_count":1})",
+    R"({"quantities":["split_sum_bias"],"resolution":[4096,4096],"time_budget_s":0.001})",
+    R"({"quantities":["split_sum_bias"],"time_budget_s":3600,"target_error":null})",
     R"({"quantities":["directional_albedo"],"s\u0065ed":3,"sampler":"lat\u0074ice"})",
 };
 

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// `advise`: the smallest table whose errors stay within a bound.
+#include <cstdio>
+
+#include "client/commands.h"
+#include "client/files.h"
+#include "client/interrupt.h"
+#include "client/json.h"
+#include "server/compute/native.h"
+#include "server/spec/channels.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln::client {
+
+namespace {
+
+constexpr std::size_t kShown = 10;
+
+void print(const std::string& line) { std::printf("%s\n", line.c_str()); }
+
+void refuse_what_quadrature_lacks(const JobSpec& job) {
+    std::vector<Problem> problems;
+    for (std::size_t i = 0; i < job.quantities.size(); ++i)
+        if (const auto lack = quadrature_lacks(job, job.quantities[i]))
+            problems.push_back(
+                {"/quantities/" + std::to_string(i),
+                 "advice takes exact values, and quadrature has no rule for " + *lack});
+    if (!problems.empty()) throw InvalidJob(problems);
+}
+
+std::string size_of(const JobSpec& job) {
+    std::string text;
+    for (const std::int64_t n : job.resolution)
+        text += (text.empty() ? "" : " x ") + std::to_string(n);
+    return text;
+}
+
+std::vector<std::string> row_of(const Candidate& candidate) {
+    std::vector<std::string> row{size_of(candidate.job)};
+    std::string mapping;
+    for (const Axis& axis : candidate.job.axes)
+        mapping += (mapping.empty() ? "" : ", ") + std::string(to_word(axis.parameter)) + " " +
+                   std::string(to_word(axis.mapping));
+    row.push_back(mapping);
+    row.push_back(std::string(to_word(candidate.job.axes[0].grid)));
+    row.push_back(std::string(to_word(candidate.job.pixel)));
+    row.push_back(format_bytes(candidate.bytes));
+    for (const double error : {candidate.reconstruction, candidate.quantisation,
+                               candidate.integration, candidate.total()})
+        row.push_back(format_error(error));
+    return row;
+}
+
+void print_table(const std::vector<Candidate>& candidates, double max_error) {
+    std::vector<std::vector<std::string>> rows{
+        {"size", "axes", "grid", "pixel", "texels", "bilinear", "pixel", "integration", "total"}};
+    for (std::size_t i = 0; i < std::min(kShown, candidates.size()); ++i)
+        rows.push_back(row_of(candidates[i]));
+    for (const std::string& line : columns(rows)) print(line);
+    if (candidates.size() > kShown)
+        print("and " + std::to_string(candidates.size() - kShown) + " larger");
+    print("");
+    print("The smallest within " + format_error(max_error) + ":");
+    print(canonical(candidates[0].job));
+}
+
+}  // namespace
+
+Exit advise(const AdviseOptions& options) {
+    const JobSpec job = parse_job(read_input(options.job, kJobInputBytesMax));
+    refuse_what_quadrature_lacks(job);
+    ThreadPool pool(0);
+    const auto native = make_native_backend(pool, usable_instruction_sets().front());
+    const Interrupt interrupt(0);
+    const Stop stop(interrupt, 0);
+    Control control;
+    control.cancelled = [&stop] { return stop.requested(); };
+    std::vector<Candidate> candidates;
+    try {
+        candidates = kiln::advise(job, options.max_error, *native, pool, control);
+    } catch (const Cancelled&) {
+        stop.leave();
+    }
+    // As a reader of the job will see it: a layout that is Kiln's own is named so again.
+    for (Candidate& candidate : candidates) candidate.job = parse_job(canonical(candidate.job));
+    if (options.json)
+        print(advice_json(candidates, options.max_error));
+    else if (!candidates.empty())
+        print_table(candidates, options.max_error);
+    if (!candidates.empty()) return Exit::done;
+    say("kiln: no table up to " + std::to_string(*std::rbegin(kAdvisedSizes)) +
+        " texels a side stays within " + format_error(options.max_error));
+    return Exit::different;
+}
+
+}  // namespace kiln::client

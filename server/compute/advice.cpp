@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/compute/advice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <tuple>
+
+#include "server/compute/exactness.h"
+#include "server/compute/lattice.h"
+#include "server/spec/channels.h"
+
+namespace kiln {
+
+namespace {
+
+/// What "quadrature" in float32 is off by at most.
+constexpr double kIntegration = 1e-6;
+/// Of the bound: lookup errors need not be known better.
+constexpr double kShareOfBound = 0.01, kFinest = 1e-6, kCoarsest = 1e-4;
+
+struct Pixel {
+    PixelType type;
+    std::uint64_t bytes;
+};
+
+std::vector<Pixel> pixels_of(ImageFormat format) {
+    if (format == ImageFormat::png) return {{PixelType::uint8, 1}, {PixelType::uint16, 2}};
+    return {{PixelType::half, 2}, {PixelType::float32, 4}};
+}
+
+/// Axes of a table, sizes to come.
+using Axes = std::vector<Axis>;
+
+std::vector<Axes> axes_to_try(const JobSpec& job) {
+    std::vector<Axes> all{job.axes};
+    const bool free = job.layout == JobSpec{}.layout || job.layout == "custom";
+    if (!free) return all;
+    constexpr Mapping kMappings[] = {Mapping::linear, Mapping::sqrt, Mapping::square};
+    for (std::size_t a = 0; a < std::min<std::size_t>(job.axes.size(), 2); ++a) {
+        std::vector<Axes> more;
+        for (const Axes& axes : all)
+            for (const Mapping mapping : kMappings) {
+                more.push_back(axes);
+                more.back()[a].mapping = mapping;
+            }
+        all = std::move(more);
+    }
+    std::vector<Axes> both;
+    for (const Grid grid : {Grid::center, Grid::node})
+        for (Axes axes : all) {
+            for (std::size_t a = 0; a < std::min<std::size_t>(axes.size(), 2); ++a)
+                axes[a].grid = grid;
+            both.push_back(std::move(axes));
+        }
+    return both;
+}
+
+JobSpec sized(const JobSpec& job, const Axes& axes, std::int64_t size) {
+    JobSpec made = job;
+    made.integrator = Integrator::quadrature;
+    made.precision = Precision::float32;
+    if (axes != job.axes) made.layout = "custom";
+    made.axes = axes;
+    for (std::size_t a = 0; a < std::min<std::size_t>(axes.size(), 2); ++a)
+        made.resolution[a] = size;
+    return made;
+}
+
+class Search {
+  public:
+    Search(const JobSpec& job, double max_error, Backend& native, ThreadPool& pool,
+           const Control& control)
+        : job_(job), max_error_(max_error), native_(native), pool_(pool), control_(control) {}
+
+    std::vector<Candidate> run() {
+        for (const Axes& axes : axes_to_try(job_)) add_smallest(axes);
+        std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
+            return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
+        });
+        return std::move(found_);
+    }
+
+  private:
+    /// For each pixel type the first size that is within the bound. Stops where even the next size
+    /// would be larger than eight times the smallest table known: it will not be the answer.
+    void add_smallest(const Axes& axes) {
+        std::vector<Pixel> open = pixels_of(job_.format);
+        for (const std::int64_t size : kAdvisedSizes) {
+            const JobSpec made = sized(job_, axes, size);
+            std::erase_if(open, [&](const Pixel& pixel) {
+                return bytes_of(made, pixel) > 8 * smallest_ ||
+                       kIntegration + quantisation_bound(pixel.type, 1) > max_error_;
+            });
+            if (open.empty()) return;
+            double most = 0;
+            const double reconstruction = reconstruction_of(made, most);
+            std::erase_if(open, [&](const Pixel& pixel) {
+                Candidate candidate{made, bytes_of(made, pixel), kIntegration,
+                                    quantisation_bound(pixel.type, most), reconstruction};
+                candidate.job.pixel = pixel.type;
+                if (candidate.total() > max_error_) return false;
+                smallest_ = std::min(smallest_, candidate.bytes);
+                found_.push_back(std::move(candidate));
+                return true;
+            });
+        }
+    }
+
+    std::uint64_t bytes_of(const JobSpec& job, const Pixel& pixel) const {
+        std::uint64_t bytes = pixel.bytes * channels_of(job).size();
+        for (const std::int64_t n : job.resolution) bytes *= static_cast<std::uint64_t>(n);
+        return bytes;
+    }
+
+    double reconstruction_of(const JobSpec& job, double& most) const {
+        const double tolerance = std::clamp(kShareOfBound * max_error_, kFinest, kCoarsest);
+        const Lattice lattice(job);
+        const Table exact = exact_table(lattice.job(), tolerance, native_, pool_, control_);
+        double worst = 0;
+        for (const std::vector<float>& plane : exact.planes) {
+            worst = std::max(worst, lattice.reconstruction_max(plane));
+            for (const float value : plane)
+                most = std::max(most, std::abs(static_cast<double>(value)));
+        }
+        return worst;
+    }
+
+    const JobSpec& job_;
+    const double max_error_;
+    Backend& native_;
+    ThreadPool& pool_;
+    const Control& control_;
+    std::vector<Candidate> found_;
+    std::uint64_t smallest_ = std::uint64_t{1} << 60;
+};
+
+}  // namespace
+
+double quantisation_bound(PixelType pixel, double most) {
+    switch (pixel) {
+        case PixelType::uint8:
+            return 0.5 / 255;
+        case PixelType::uint16:
+            return 0.5 / 65535;
+        case PixelType::half:
+            // Half a unit in the last of 11 digits; 1 itself is exact.
+            return std::ldexp(1.0, std::ilogb(std::max(most, 6e-5) * (1 - 1e-9)) - 11);
+        case PixelType::float32:
+            return std::ldexp(1.0, std::ilogb(std::max(most, 1e-30) * (1 - 1e-9)) - 24);
+    }
+    __builtin_unreachable();
+}
+
+std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
+                              ThreadPool& pool, const Control& control) {
+    return Search(job, max_error, native, pool, control).run();
+}
+
+}  // namespace kiln

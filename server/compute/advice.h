@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "server/compute/backend.h"
+#include "server/compute/engine.h"
+#include "server/compute/thread_pool.h"
+
+namespace kiln {
+
+/// A table that could be baked, and its largest errors over all channels.
+struct Candidate {
+    JobSpec job;              ///< complete; baked by quadrature
+    std::uint64_t bytes = 0;  ///< of its texels, uncompressed
+    double integration = 0, quantisation = 0, reconstruction = 0;
+    double total() const { return integration + quantisation + reconstruction; }
+};
+
+/// Texels along x and y that advice considers.
+inline constexpr std::int64_t kAdvisedSizes[] = {8,   16,  24,  32,  48,   64,   96,   128,  192,
+                                                 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096};
+
+/// For every axis mapping (those of a program's layout are left as they are), grid and pixel type
+/// of the job's format the smallest square table whose three errors together stay within
+/// `max_error`; smallest in bytes first. Empty where none does up to 4096. Every quantity of the
+/// job needs quadrature (quadrature_lacks in server/spec/channels.h). Throws Cancelled.
+std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
+                              ThreadPool& pool, const Control& control);
+
+/// The largest error of a pixel type for values up to `most`.
+double quantisation_bound(PixelType pixel, double most);
+
+}  // namespace kiln

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "server/base/error.h"
+#include "server/compute/quadrature.h"
+#include "server/study/stability.h"
+
+namespace kiln::stability {
+
+namespace {
+
+double error_of(double value, double right) {
+    if (value == right || (!std::isfinite(value) && !std::isfinite(right))) return 0;
+    const double error = std::abs(value - right);
+    return std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+}
+
+double strain_of(std::optional<double> error, double tolerance) {
+    if (!error || *error == 0 || std::isinf(tolerance)) return 0;
+    return *error / tolerance;
+}
+
+std::size_t padded(std::size_t places) { return (places + kLanesMax - 1) / kLanesMax * kLanesMax; }
+
+template <typename Scalar>
+std::vector<Scalar> texels_of(std::span<const Place> places) {
+    const std::size_t stride = padded(places.size());
+    std::vector<Scalar> texels(2 * stride);
+    for (std::size_t i = 0; i < stride; ++i) {
+        const Place& place = places[std::min(i, places.size() - 1)];
+        texels[i] = static_cast<Scalar>(place.NoV);
+        texels[stride + i] = static_cast<Scalar>(place.alpha);
+    }
+    return texels;
+}
+
+}  // namespace
+
+std::optional<double> Finding::error_float() const {
+    std::optional<double> worst;
+    for (const Arithmetic a : {kNativeFloat, kOpenClFloat})
+        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_float.value));
+    return worst;
+}
+
+std::optional<double> Finding::error_double() const {
+    if (!values[kNativeDouble]) return std::nullopt;
+    return error_of(*values[kNativeDouble], in_double.value);
+}
+
+double Finding::strain() const {
+    return std::max(strain_of(error_float(), in_float.tolerance),
+                    strain_of(error_double(), in_double.tolerance));
+}
+
+bool Finding::passes() const { return strain() <= 1; }
+
+void Findings::add(Finding finding) {
+    ++values_;
+    double strain = finding.strain();
+    if (!finding.passes()) strain = std::numeric_limits<double>::infinity();
+    const auto same = [&](const Finding& other) {
+        return other.family == finding.family && other.row == finding.row &&
+               other.column == finding.column && other.quantity == finding.quantity;
+    };
+    // What belongs together comes together: only the latest rows are worth a look.
+    const std::size_t from = kept_.size() > 512 ? kept_.size() - 512 : 0;
+    for (std::size_t i = from; i < kept_.size(); ++i) {
+        if (!same(kept_[i])) continue;
+        if (!(strain <= strains_[i])) {
+            kept_[i] = std::move(finding);
+            strains_[i] = strain;
+        }
+        return;
+    }
+    kept_.push_back(std::move(finding));
+    strains_.push_back(strain);
+}
+
+void Bench::open(std::span<const KernelKind> kernels) {
+    try {
+        opencl_ = engine_.opencl(job_.device, kernels, control_, why_not_);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const Error& error) {
+        opencl_ = nullptr;
+        why_not_ = error.what();
+    }
+    if (!opencl_ && job_.device == DeviceChoice::opencl)
+        throw Error("device_unavailable", why_not_);
+}
+
+DeviceReport Bench::device() const {
+    if (opencl_) return {"opencl", opencl_->name(), kStrictNumerics, {}};
+    const bool asked = job_.device == DeviceChoice::native;
+    return {"native", engine_.native_name(), kStrictNumerics,
+            asked ? std::nullopt : std::optional(why_not_)};
+}
+
+void Bench::look(double fraction) {
+    fraction_ = fraction;
+    control_.progress({fraction, {}});
+    if (control_.cancelled()) throw Cancelled();
+}
+
+template <typename Scalar>
+void Bench::launch(Backend& backend, const KernelMaterial& material,
+                   const std::array<double, kParameterCount>& parameters,
+                   std::span<const double> points, std::span<const BatchRange> batches,
+                   std::span<const Place> places, std::vector<double>& sums) {
+    const std::size_t stride = padded(places.size());
+    const std::vector<Scalar> texels = texels_of<Scalar>(places);
+    const std::vector<Scalar> numbers(parameters.begin(), parameters.end());
+    const std::vector<Scalar> own_points(points.begin(), points.end());
+    const std::size_t rows =
+        batches.size() *
+        static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(material.terms)));
+    std::vector<Scalar> out(rows * stride);
+    const Precision precision =
+        sizeof(Scalar) == sizeof(float) ? Precision::float32 : Precision::float64;
+    backend.run(
+        Launch<Scalar>{{material, precision}, stride, texels, own_points, numbers, batches, out});
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t i = 0; i < places.size(); ++i)
+            sums.push_back(static_cast<double>(out[row * stride + i]));
+    evaluations_ += points.size() / kPointScalars * places.size();
+}
+
+Bench::Sums Bench::run(const KernelMaterial& material,
+                       const std::array<double, kParameterCount>& parameters,
+                       std::span<const double> points, std::span<const BatchRange> batches,
+                       std::span<const Place> places, bool on_opencl) {
+    Sums sums;
+    look();
+    launch<float>(engine_.native(), material, parameters, points, batches, places,
+                  sums[kNativeFloat]);
+    look();
+    launch<double>(engine_.native(), material, parameters, points, batches, places,
+                   sums[kNativeDouble]);
+    look();
+    if (opencl_ && on_opencl)
+        launch<float>(*opencl_, material, parameters, points, batches, places, sums[kOpenClFloat]);
+    return sums;
+}
+
+Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
+    constexpr QuadratureOrder order{56, 56};  // 4e-12, see server/compute/quadrature.h
+    const std::vector<double> nodes = quadrature_nodes(order);
+    const std::size_t stride = padded(places.size());
+    Sums sums;
+    const auto on = [&](Backend& backend, auto scalar, Precision precision,
+                        std::vector<double>& out) {
+        using Scalar = decltype(scalar);
+        look();
+        const std::vector<Scalar> texels = texels_of<Scalar>(places);
+        const std::vector<Scalar> own(nodes.begin(), nodes.end());
+        std::vector<Scalar> values(3 * stride);
+        const std::vector<Scalar> parameters(kFresnelParameters);
+        backend.run(QuadratureLaunch<Scalar>{
+            {masking, kSchlickWeight, precision}, stride, texels, own, parameters, order, values});
+        for (std::size_t plane = 0; plane < 3; ++plane)
+            for (std::size_t i = 0; i < places.size(); ++i)
+                out.push_back(static_cast<double>(values[plane * stride + i]));
+        evaluations_ += places.size() * quadrature_evaluations(order, true);
+    };
+    on(engine_.native(), 0.0f, Precision::float32, sums[kNativeFloat]);
+    on(engine_.native(), 0.0, Precision::float64, sums[kNativeDouble]);
+    if (opencl_) on(*opencl_, 0.0f, Precision::float32, sums[kOpenClFloat]);
+    return sums;
+}
+
+double Bench::average_deficit(Masking masking, double alpha) {
+    return quadrature_averages(engine_.native(), masking, std::array{alpha}, 1e-9, [&] { look(); })
+        .deficit[0];
+}
+
+std::string plain(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+}  // namespace kiln::stability

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`kiln advise`: its table, its job, its refusals. What it advises is measured in test_exactness."""
+import json
+import unittest
+
+from kiln_cli import KilnTest
+
+JOB = {"quantities": ["directional_albedo"], "resolution": [64, 64]}
+
+
+class Advise(KilnTest):
+    def advise(self, job, bound, *arguments, status=0):
+        self.write("job.json", job)
+        return self.kiln("advise", "job.json", "--max-error", str(bound), *arguments, exit_status=status)
+
+    def test_the_job_it_names_can_be_baked_and_is_within_the_bound(self):
+        stdout, stderr = self.advise(JOB, 0.02)
+        self.assertEqual(stderr, "")
+        lines = stdout.decode().splitlines()
+        for word in ("size", "axes", "grid", "bilinear", "total"):
+            self.assertIn(word, lines[0])
+        named = json.loads(lines[-1])
+        self.assertEqual(named["integrator"], "quadrature")
+        self.write("named.json", named)
+        report = json.loads(self.kiln("bake", "named.json", "-o", "out.exr", "--local", "--json")[0])
+        error = report["error"]["directional_albedo"]
+        self.assertLessEqual(error["reconstruction_max"] + error["quantisation_max"], 0.02)
+        self.assertEqual(report["status"], "converged")
+
+    def test_json_is_the_same_candidates(self):
+        advice = json.loads(self.advise(JOB, 0.02, "--json")[0])
+        self.assertEqual(advice["max_error"], 0.02)
+        first = advice["candidates"][0]
+        self.assertEqual(json.dumps(first["job"]).replace(" ", ""),
+                         self.advise(JOB, 0.02)[0].decode().splitlines()[-1])
+        sizes = [candidate["bytes"] for candidate in advice["candidates"]]
+        self.assertEqual(sizes, sorted(sizes))
+        for candidate in advice["candidates"]:
+            self.assertLessEqual(candidate["total_max"], 0.02)
+
+    def test_no_such_table_is_an_exit_status_of_its_own(self):
+        # 16 bits are off by 7.6e-6 alone.
+        stdout, stderr = self.advise(dict(JOB, output={"format": "png", "pixel": "uint16"}), 5e-6, status=6)
+        self.assertEqual(stdout, b"")
+        self.assertIn("no table up to 4096", stderr)
+
+    def test_what_quadrature_lacks_is_refused_by_name(self):
+        stderr = self.advise({"quantities": ["directional_albedo", "diffuse_albedo"], "resolution": [8, 8]},
+                             0.1, status=3)[1]
+        self.assertIn("/quantities/1", stderr)
+        self.assertIn("diffuse", stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

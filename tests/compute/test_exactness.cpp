@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+// What reports say of exactness, and the advice that rests on it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "server/base/error.h"
+#include "server/compute/advice.h"
+#include "server/compute/native.h"
+#include "server/compute/quadrature.h"
+#include "server/spec/layouts.h"
+#include "server/spec/spec.h"
+#include "tests/compute/against_reference.h"
+
+namespace kiln {
+namespace {
+
+Outcome bake(const std::string& rest) {
+    return Engine({}).run(parse_job(R"({"device":"native",)" + rest + "}"), Control{});
+}
+
+struct True {
+    double rms = 0, max = 0;
+};
+
+True difference(const std::vector<float>& plane, const std::vector<double>& truth) {
+    True found;
+    for (std::size_t i = 0; i < plane.size(); ++i) {
+        const double off = std::abs(plane[i] - truth[i]);
+        found.rms += off * off;
+        found.max = std::max(found.max, off);
+    }
+    found.rms = std::sqrt(found.rms / static_cast<double>(plane.size()));
+    return found;
+}
+
+std::vector<double> exact_E(std::size_t width, std::size_t height) {
+    std::vector<double> NoV, alpha;
+    for (std::size_t i = 0; i < width; ++i)
+        NoV.push_back((static_cast<double>(i) + 0.5) / static_cast<double>(width));
+    for (std::size_t i = 0; i < height; ++i) {
+        const double r = (static_cast<double>(i) + 0.5) / static_cast<double>(height);
+        alpha.push_back(r * r);
+    }
+    return reference::table(reference::Quantity::directional, reference::Masking::correlated, NoV,
+                            alpha);
+}
+
+TEST(Exactness, OfASmallTableIsThatOfEveryTexel) {
+    const Outcome outcome =
+        bake(R"("quantities":["directional_albedo"],"resolution":[24,20],"sample_count":64)");
+    const True truth = difference(outcome.table.planes[0], exact_E(24, 20));
+    const ChannelError& error = outcome.report.error[0];
+    EXPECT_EQ(error.reference_texels, 24 * 20);
+    // Quadrature in float is off by 1e-6 at most.
+    EXPECT_NEAR(error.reference_rms.value(), truth.rms, 1e-6);
+    EXPECT_NEAR(error.reference_max.value(), truth.max, 1e-6);
+    EXPECT_GT(truth.max, 1e-4);
+    EXPECT_GT(outcome.report.run_time_s.reference, 0);
+}
+
+TEST(Exactness, OfALargeTableIsWeighedFromALattice) {
+    const Outcome outcome =
+        bake(R"("quantities":["directional_albedo"],"resolution":[120,90],"sample_count":16)");
+    const True truth = difference(outcome.table.planes[0], exact_E(120, 90));
+    const ChannelError& error = outcome.report.error[0];
+    EXPECT_GT(error.reference_texels.value(), 300);
+    EXPECT_LT(error.reference_texels.value(), 120 * 90 / 2);
+    // Errors of neighbours hang together (they share points), so some hundred texels say little
+    // less than all: the rms within a quarter, the largest not above and not far below.
+    EXPECT_NEAR(error.reference_rms.value() / truth.rms, 1, 0.25);
+    EXPECT_LE(error.reference_max.value(), truth.max + 1e-6);
+    EXPECT_GE(error.reference_max.value(), truth.max / 2);
+}
+
+TEST(Exactness, TakesEveryTexelWhereTheSamplesCostFarMore) {
+    const Outcome outcome =
+        bake(R"("quantities":["directional_albedo"],"resolution":[72,72],"sample_count":65536)");
+    EXPECT_EQ(outcome.report.error[0].reference_texels, 72 * 72);
+}
+
+TEST(Exactness, IsNullWithoutQuadratureAndReconstructionEstimated) {
+    const Outcome outcome =
+        bake(R"("quantities":["diffuse_albedo","directional_albedo"],"diffuse":{"model":"burley"},)"
+             R"("resolution":[16,16],"sample_count":4096)");
+    const ChannelError& diffuse = outcome.report.error[0];
+    EXPECT_FALSE(diffuse.reference_max);
+    EXPECT_FALSE(diffuse.reference_texels);
+    // Burley's lobe is a polynomial of degree 5 in 1 - NoV, steepest at NoV = 0: its second
+    // difference there, 20 (1 - 1/16)^3 / 16^2 / 8 of the coefficient 0.46 at roughness 1.
+    EXPECT_NEAR(diffuse.reconstruction_max.value(), 0.0037, 0.0015);
+    EXPECT_TRUE(outcome.report.error[1].reference_max);
+}
+
+/// Bilinear lookup of one plane at texture coordinates.
+double lookup(const std::vector<float>& plane, const JobSpec& job, double u, double v) {
+    const auto line = [&](double t, std::size_t axis) {
+        const double n = static_cast<double>(job.resolution[axis]);
+        return std::clamp(job.axes[axis].grid == Grid::center ? t * n - 0.5 : t * (n - 1), 0.0,
+                          n - 1);
+    };
+    const double x = line(u, 0), y = line(v, 1);
+    const auto width = static_cast<std::size_t>(job.resolution[0]);
+    const auto at = [&](double i, double j) {
+        return static_cast<double>(
+            plane[static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i)]);
+    };
+    const auto next = [&](double i, std::size_t axis) {
+        return std::min(std::floor(i) + 1, static_cast<double>(job.resolution[axis] - 1));
+    };
+    const double x0 = std::floor(x), y0 = std::floor(y), x1 = next(x, 0), y1 = next(y, 1);
+    const double upper = at(x0, y0) + (at(x1, y0) - at(x0, y0)) * (x - x0);
+    const double lower = at(x0, y1) + (at(x1, y1) - at(x0, y1)) * (x - x0);
+    return upper + (lower - upper) * (y - y0);
+}
+
+double coordinate(const Axis& axis, double value) {
+    if (axis.mapping == Mapping::linear) return value;
+    return axis.mapping == Mapping::sqrt ? std::sqrt(value) : value * value;
+}
+
+/// Largest error of lookup over random places, half of them crowded towards NoV and roughness 0.
+double worst_lookup(const std::vector<float>& plane, const JobSpec& job) {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    double worst = 0;
+    for (int i = 0; i < 4000; ++i) {
+        double NoV = uniform(random), roughness = uniform(random);
+        if (i % 2 == 0) {
+            NoV = std::pow(10, -4 * NoV);
+            roughness = std::pow(10, -2 * roughness);
+        }
+        if (NoV < 1e-4 || roughness < 1e-2) continue;
+        const double E = quadrature_directional_albedo(NoV, roughness * roughness, job.masking);
+        const double found =
+            lookup(plane, job, coordinate(job.axes[0], NoV), coordinate(job.axes[1], roughness));
+        worst = std::max(worst, std::abs(found - E));
+    }
+    return worst;
+}
+
+TEST(Reconstruction, IsWithinAFactorOfTwoOfTheTrueMaximum) {
+    for (const char* mapping : {"linear", "sqrt"})
+        for (const char* grid : {"center", "node"})
+            for (const int size : {24, 64, 128}) {
+                const std::string job =
+                    R"({"quantities":["directional_albedo"],"integrator":"quadrature",)"
+                    R"("device":"native","resolution":[)" +
+                    std::to_string(size) + "," + std::to_string(size) +
+                    R"(],"layout":{"x":{"parameter":"NoV","grid":")" + grid + R"(","mapping":")" +
+                    mapping + R"("},"y":{"parameter":"roughness","grid":")" + grid + "\"}}}";
+                const JobSpec spec = parse_job(job);
+                const Outcome outcome = Engine({}).run(spec, Control{});
+                const double truth = worst_lookup(outcome.table.planes[0], spec);
+                const double told = outcome.report.error[0].reconstruction_max.value();
+                EXPECT_LE(told, 2 * truth) << job;
+                EXPECT_GE(told, truth / 2) << job;
+            }
+}
+
+TEST(Reconstruction, IsKnownInEveryProgramsLayout) {
+    for (const LayoutPreset& preset : layout_presets()) {
+        const Outcome outcome =
+            bake(R"("quantities":["split_sum_scale","split_sum_bias"],)"
+                 R"("microfacet":{"masking":"smith_correlated"},)"
+                 R"("integrator":"quadrature","resolution":[32,32],"layout":")" +
+                 preset.name + "\"");
+        for (const ChannelError& error : outcome.report.error) {
+            EXPECT_GT(error.reconstruction_max.value(), 1e-5) << preset.name;
+            EXPECT_LT(error.reconstruction_max.value(), 0.3) << preset.name;
+        }
+    }
+}
+
+TEST(Reconstruction, IsZeroOfWhatIsConstantAndThatOfAStraightLineAlongZ) {
+    const Outcome outcome =
+        bake(R"("quantities":["fresnel_average"],"integrator":"quadrature","resolution":[4,4,5],)"
+             R"("fresnel":{"model":"schlick"},"layout":{"x":{"parameter":"NoV"},)"
+             R"("y":{"parameter":"roughness"},"z":{"parameter":"f0","grid":"node"}})");
+    EXPECT_LT(outcome.report.error[0].reconstruction_max.value(), 1e-6);
+}
+
+/// Rounded to 11 binary digits, as half holds values from 6e-5 on.
+float as_half(float value) {
+    int exponent = 0;
+    std::frexp(value, &exponent);
+    return static_cast<float>(
+        std::ldexp(std::nearbyint(std::ldexp(value, 11 - exponent)), exponent - 11));
+}
+
+TEST(Advice, HoldsWhenItIsTaken) {
+    ThreadPool pool(0);
+    const auto native = make_native_backend(pool, usable_instruction_sets().front());
+    const JobSpec job =
+        parse_job(R"({"quantities":["directional_albedo"],"resolution":[256,256]})");
+    constexpr double kBound = 4e-3;
+    const auto candidates = advise(job, kBound, *native, pool, Control{});
+    ASSERT_FALSE(candidates.empty());
+    const Candidate& best = candidates[0];
+    for (const Candidate& candidate : candidates) {
+        EXPECT_LE(candidate.total(), kBound);
+        EXPECT_GE(candidate.bytes, best.bytes);
+    }
+    // What it names is baked, rounded and looked up.
+    const JobSpec named = parse_job(canonical(best.job));
+    Outcome outcome = Engine({}).run(named, Control{});
+    for (float& value : outcome.table.planes[0]) value = as_half(value);
+    const double truth = worst_lookup(outcome.table.planes[0], named);
+    // Lookups are judged halfway between texels, where the error is largest but not everywhere.
+    EXPECT_LE(truth, 1.5 * kBound);
+    EXPECT_GE(truth, kBound / 10);  // a table that much better would be too large
+    EXPECT_NEAR(outcome.report.error[0].reconstruction_max.value(), best.reconstruction,
+                0.02 * best.reconstruction);
+    // The next smaller one of the same axes is not within the bound.
+    JobSpec smaller = named;
+    for (std::int64_t& n : smaller.resolution) {
+        const auto* at = std::find(std::begin(kAdvisedSizes), std::end(kAdvisedSizes), n);
+        ASSERT_GT(at, std::begin(kAdvisedSizes));
+        n = at[-1];
+    }
+    const Outcome less = Engine({}).run(smaller, Control{});
+    EXPECT_GT(less.report.error[0].reconstruction_max.value() + best.quantisation + 1e-6, kBound);
+}
+
+TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
+    ThreadPool pool(0);
+    const auto native = make_native_backend(pool, usable_instruction_sets().front());
+    const JobSpec job = parse_job(
+        R"({"quantities":["average_albedo"],"resolution":[64],"output":{"format":"png","pixel":"uint16"}})");
+    for (const Candidate& candidate : advise(job, 1e-3, *native, pool, Control{}))
+        EXPECT_EQ(candidate.job.pixel, PixelType::uint16);  // 8 bits are off by 2e-3 alone
+    const JobSpec unreal = parse_job(
+        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],"layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
+    for (const Candidate& candidate : advise(unreal, 0.2, *native, pool, Control{}))
+        EXPECT_EQ(candidate.job.axes, unreal.axes);
+    JobSpec beckmann = job;
+    beckmann.distribution = Distribution::beckmann;
+    EXPECT_THROW(advise(beckmann, 0.1, *native, pool, Control{}), Error);
+    JobSpec coarse = unreal;
+    coarse.format = ImageFormat::png;
+    EXPECT_TRUE(advise(coarse, 5e-6, *native, pool, Control{}).empty());
+}
+
+}  // namespace
+}  // namespace kiln

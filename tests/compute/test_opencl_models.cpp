@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every model of the general path on OpenCL: the bits of native. A program a model takes the
+// driver's compiler half a second to a second, so each distribution, masking, importance, Fresnel
+// and diffuse model, coupling and multiple scattering is in one job, not in every combination.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "server/base/error.h"
+#include "server/compute/engine.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+/// A kernel cache of its own, so that a test sees what the compiler makes today.
+class OpenClModels : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        std::string name = KILN_BINARY_DIR "/opencl-models-XXXXXX";
+        ASSERT_NE(mkdtemp(name.data()), nullptr);
+        folder_ = name;
+        setenv("POCL_CACHE_DIR", folder_.c_str(), 1);
+        EngineOptions options;
+        options.opencl_wait = std::chrono::minutes(5);
+        engine_ = std::make_unique<Engine>(options);
+    }
+    static void TearDownTestSuite() {
+        engine_.reset();
+        std::filesystem::remove_all(folder_);
+    }
+
+    /// One job on both. Skips the test where there is no device.
+    static void expect_equal_bits(const std::string& fields) {
+        const auto on = [&](const char* device) {
+            const std::string text =
+                std::string(R"({"resolution":[16,8],"sample_count":256,"device":")") + device +
+                "\"," + fields + "}";
+            return engine_->run(parse_job(text), Control{});
+        };
+        Outcome opencl;
+        try {
+            opencl = on("opencl");
+        } catch (const Error& error) {
+            if (error.code() != "device_unavailable") throw;
+            GTEST_SKIP() << error.what();
+        }
+        const Outcome native = on("native");
+        EXPECT_EQ(opencl.report.device.backend, "opencl") << fields;
+        EXPECT_EQ(opencl.report.device.numerics, native.report.device.numerics) << fields;
+        ASSERT_EQ(opencl.table.planes.size(), native.table.planes.size());
+        for (std::size_t c = 0; c < native.table.planes.size(); ++c)
+            EXPECT_EQ(std::memcmp(opencl.table.planes[c].data(), native.table.planes[c].data(),
+                                  native.table.planes[c].size() * sizeof(float)),
+                      0)
+                << native.table.channels[c] << " of " << fields;
+    }
+
+    static std::string folder_;
+    static std::unique_ptr<Engine> engine_;
+};
+std::string OpenClModels::folder_;
+std::unique_ptr<Engine> OpenClModels::engine_;
+
+const std::string kFresnel[] = {
+    R"({"model":"none"})",
+    R"({"model":"schlick","f0":0.3,"exponent":4})",
+    R"({"model":"dielectric","ior":1.5})",
+    R"({"model":"conductor","metal":"copper"})",
+    R"({"model":"edge_tint","reflectivity":[0.9,0.6,0.3],"edge_tint":0.4})",
+    R"({"model":"f82_tint","f0":[0.9,0.6,0.3],"f82":0.8})",
+};
+static_assert(std::size(kFresnel) == static_cast<std::size_t>(Fresnel::f82_tint) + 1);
+
+TEST_F(OpenClModels, EveryLobeAndFresnelTerm) {
+    struct Lobe {
+        const char *distribution, *masking, *importance;
+        int fresnel;
+    };
+    const std::vector<Lobe> lobes = {
+        {"ggx", "smith_correlated", "vndf", 2},
+        {"ggx", "smith_separable", "cosine", 3},
+        {"ggx", "karis_ibl", "ndf", 4},
+        {"ggx", "karis_direct", "uniform", 5},
+        {"ggx", "unreal_joint", "vndf", 0},
+        {"beckmann", "smith_correlated", "vndf", 3},
+        {"beckmann", "smith_separable", "ndf", 1},
+        {"charlie", "neubelt", "uniform", 4},
+        {"charlie", "charlie", "cosine", 2},
+    };
+    for (const Lobe& lobe : lobes)
+        expect_equal_bits(R"("quantities":["specular_albedo","split_sum_bias",)"
+                          R"("multiscatter_albedo"],"microfacet":{"distribution":")" +
+                          std::string(lobe.distribution) + R"(","masking":")" + lobe.masking +
+                          R"("},"importance":")" + lobe.importance + R"(","fresnel":)" +
+                          kFresnel[lobe.fresnel]);
+    expect_equal_bits(R"("quantities":["directional_albedo"],"microfacet":{"distribution":)"
+                      R"("charlie","masking":"charlie","terminator_softening":true})");
+    expect_equal_bits(
+        R"("quantities":["average_albedo"],"microfacet":{"distribution":"beckmann"})");
+}
+
+// Beside the lobe itself the term that a half-vector coupling reads; a walk has none.
+TEST_F(OpenClModels, EveryDiffuseModel) {
+    for (const std::string_view model : words<DiffuseModel>()) {
+        if (model == "none") continue;
+        const bool simulated = model == "ggx_lambert";
+        expect_equal_bits(R"("quantities":["diffuse_albedo","total_albedo"],"fresnel":)" +
+                          kFresnel[2] + R"(,"coupling":")" + (simulated ? "none" : "half_vector") +
+                          R"(","diffuse":{"model":")" + std::string(model) +
+                          R"(","albedo":[0.9,0.5,0.1]})");
+    }
+    expect_equal_bits(R"("quantities":["diffuse_average_albedo"],"diffuse":{"model":"eon"})");
+    expect_equal_bits(
+        R"("quantities":["diffuse_average_albedo"],"diffuse":{"model":"ggx_lambert"})");
+}
+
+TEST_F(OpenClModels, EveryCouplingAndMultiscatter) {
+    const std::string common = R"("quantities":["total_albedo","compensated_albedo"],"fresnel":)" +
+                               kFresnel[2] + R"(,"diffuse":{"model":"lambert","albedo":0.7},)";
+    for (const char* rest : {R"("coupling":"none","multiscatter":"kulla_conty")",
+                             R"("coupling":"half_vector","multiscatter":"turquin")",
+                             R"("coupling":"view","multiscatter":"none")",
+                             R"("coupling":"kelemen","multiscatter":"kulla_conty_linear")"})
+        expect_equal_bits(common + rest);
+}
+
+TEST_F(OpenClModels, InDoublePrecision) {
+    for (const char* rest :
+         {R"("quantities":["specular_albedo"],"microfacet":{"distribution":"charlie"},)"
+          R"("fresnel":{"model":"conductor","eta":0.2,"k":3.9})",
+          R"("quantities":["diffuse_albedo"],"diffuse":{"model":"ggx_lambert","albedo":0.5})"})
+        expect_equal_bits(std::string(rest) + R"(,"precision":"float64")");
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <vector>
+
+#include "server/compute/points.h"
+#include "tests/kernels/one_lane.h"
+
+// The parts of a walk; what walks come to is held in tests/compute/test_models_simulated.cpp.
+namespace {
+
+using kiln::PointKind;
+
+TEST(WalkRow, IsAPermutationOfTheBatchForEveryTurn) {
+    for (const unsigned count : {1U, 2U, 3U, 37U, 64U, 1000U, 1024U})
+        for (unsigned turn = 0; turn < 5; ++turn) {
+            std::set<unsigned> rows;
+            for (unsigned i = 0; i < count; ++i)
+                rows.insert(in_double::walk_row(turn, i, 2048, count));
+            EXPECT_EQ(rows.size(), count) << turn;
+            EXPECT_EQ(*rows.rbegin(), count - 1) << turn;
+        }
+}
+
+// Two random permutations of 1024 agree at one place on average (Poisson): ten or more are one in
+// ten million. Steps from row to row repeat as seldom.
+TEST(WalkRow, TurnsAndBatchesAreUnlike) {
+    const auto alike = [](unsigned turn, unsigned batch, unsigned other_turn, unsigned other) {
+        int count = 0;
+        for (unsigned i = 0; i < 1024; ++i)
+            count += in_double::walk_row(turn, i, batch, 1024) ==
+                             in_double::walk_row(other_turn, i, other, 1024)
+                         ? 1
+                         : 0;
+        return count;
+    };
+    for (unsigned turn = 1; turn < 5; ++turn) {
+        for (unsigned other = 0; other < turn; ++other) EXPECT_LT(alike(turn, 0, other, 0), 10);
+        for (const unsigned batch : {1024U, 2048U, 65536U})
+            EXPECT_LT(alike(turn, 0, turn, batch), 10) << turn << ' ' << batch;
+    }
+}
+
+/// Mean cosine to the surface of the visible normals of w = (sine, 0, cosine), by a midpoint rule
+/// over tan(theta) = alpha t / (1 - t) and the azimuth.
+double mean_upright(double alpha, double cosine) {
+    constexpr int kSteps = 1500;
+    const double sine = std::sqrt(1 - cosine * cosine);
+    double seen = 0, upright = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double t = (i + .5) / kSteps, slope = alpha * t / (1 - t);
+        const double c = 1 / std::sqrt(1 + slope * slope), s = slope * c;
+        // D sin dtheta = (tan / (1 + tan^2 / alpha^2)^2) / (pi alpha^2 cos^2) dtan
+        const double spread = 1 + slope * slope / (alpha * alpha);
+        const double weight = slope / (c * spread * spread) / ((1 - t) * (1 - t));
+        for (int j = 0; j < kSteps; ++j) {
+            const double phi = std::numbers::pi * (j + .5) / kSteps;
+            const double facing = std::max(0.0, cosine * c + sine * s * std::cos(phi));
+            seen += weight * facing;
+            upright += weight * facing * c;
+        }
+    }
+    return upright / seen;
+}
+
+// A cosine lobe about m has the mean 2/3 m. Rays come from above and from below.
+TEST(WalkFacet, SendsLightAboutTheNormalsThatTheRaySees) {
+    constexpr std::size_t kCount = 1 << 16;
+    const kiln::PointSet points =
+        kiln::make_points(kiln::Sampler::sobol_owen, PointKind::facet_walk, 3, kCount);
+    for (const double alpha : {.05, .4, 1.})
+        for (const double cosine : {.95, .3, -.2, -.8}) {
+            double sum = 0;
+            const in_double::View view = in_double::ggx_view(std::abs(cosine), alpha);
+            for (std::size_t i = 0; i < kCount; ++i)
+                sum += in_double::walk_facet(view, cosine, &points.values[kiln::kWalkScalars * i]);
+            // 16 nets of 4096 points: 5e-4 is ten standard errors of what was seen.
+            EXPECT_NEAR(sum / kCount, 2. / 3 * mean_upright(alpha, cosine), 5e-4)
+                << alpha << ' ' << cosine;
+        }
+}
+
+// White facets lose nothing, however a walk goes: 15 facets and the end sum to 1.
+TEST(Walk, WhiteLosesNothing) {
+    const kiln::PointSet points =
+        kiln::make_points(kiln::Sampler::random, PointKind::facet_walk, 5, 1024);
+    const std::vector<float> narrow(points.values.begin(), points.values.end());
+    const double white[] = {1, 0, .5};
+    const float white_float[] = {1, 0, .5};
+    for (const double alpha : {0., 1e-4, .3, 1.})
+        for (const double NoV : {0., 1e-3, .5, 1.})
+            for (unsigned i = 0; i < 64; ++i) {
+                const auto walked = in_double::ggx_lambert_walk(
+                    7, white, in_double::ggx_view(NoV, alpha), points.values.data(), i, 0, 64);
+                EXPECT_NEAR(walked.albedo[0], 1, 1e-14) << alpha << ' ' << NoV;
+                EXPECT_EQ(walked.albedo[1], 0);
+                EXPECT_GT(walked.albedo[2], 0);
+                EXPECT_LE(walked.albedo[2], .5 + 1e-14);
+                const auto rounded = in_float::ggx_lambert_walk(
+                    1, white_float,
+                    in_float::ggx_view(static_cast<float>(NoV), static_cast<float>(alpha)),
+                    narrow.data(), i, 0, 64);
+                // Fifteen subtractions of parts of 1, each rounded to 6e-8.
+                EXPECT_NEAR(rounded.albedo[0], 1, 4e-6F) << alpha << ' ' << NoV;
+            }
+}
+
+}  // namespace

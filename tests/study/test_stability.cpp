@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "server/base/error.h"
+#include "server/study/studies.h"
+
+// The stability study on every backend of this machine, and values that it does not know of.
+namespace kiln {
+namespace {
+
+JobSpec stability_job() {
+    JobSpec job;
+    job.kind = Kind::stability;
+    return job;
+}
+
+/// One run for all tests of a process.
+const Studied& studied() {
+    static const Studied made = [] {
+        EngineOptions options;
+        options.opencl_wait = std::chrono::minutes(5);
+        Engine engine(options);
+        return make_study(engine, stability_job(), Control{});
+    }();
+    return made;
+}
+
+std::size_t column(const std::string& name) {
+    const auto& columns = studied().study.table.columns;
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        if (columns[c] == name) return c;
+    ADD_FAILURE() << "no column " << name;
+    return 0;
+}
+
+/// The row of a case, a quantity and a place; alpha < 0 where the row has none.
+const std::vector<Cell>* row_of(const std::string& which, const std::string& quantity, double NoV,
+                                double alpha) {
+    const std::size_t at_case = column("case"), at_quantity = column("quantity"),
+                      at_NoV = column("NoV"), at_alpha = column("alpha");
+    for (const auto& row : studied().study.table.rows) {
+        if (row[at_case].word != which || row[at_quantity].word != quantity) continue;
+        if (row[at_NoV].number.value_or(-1) == NoV && row[at_alpha].number.value_or(-1) == alpha)
+            return &row;
+    }
+    return nullptr;
+}
+
+struct Spot {
+    const char *which, *quantity;
+    double NoV, alpha, value;
+    double single, twice;  ///< how far float and double may be off
+};
+
+// None of these numbers was made by this program. F: exact formulas in double to all printed
+// digits, which leaves half of the last of them. g(1): E at NoV = alpha as alpha -> 0. Closed forms
+// of E at alpha = 1. 1 - E: alpha^2 (1 + 1 / NoV^2) / 2,
+// of which the next term is 4 alpha / 3 NoV. Float: 1e-6, that is sixteen units of the
+// last place, or what the quadrature promises.
+const Spot kSpots[] = {
+    {"conductor, 1e-4 + 5i", "F", 1, 0, .99998462, 1e-6, 5e-9},
+    {"conductor, 1e-4 + 5i", "F", 0.5, 0, .99998186, 1e-6, 5e-9},
+    {"conductor, 1 + 1e-6i", "F", 1e-3, 0, .119726, 1e-6, 5e-7},
+    {"conductor, 1e5 + 1e5i", "F", 1, 0, .99998000, 1e-6, 5e-9},
+    {"conductor, 1e5 + 1e5i", "F", 1e-3, 0, .99009949, 1e-6, 5e-9},
+    {"dielectric, 1 + 1e-7", "F", 1e-3, 0, 2.0747e-3, 1e-7, 5e-8},
+    {"dielectric, 1 + 1e-7", "F", 1, 0, 2.5e-15, 1e-20, 1e-20},
+    {"dielectric, 1/1.5", "F", 0.5, 0, 1, 0, 0},
+    {"dielectric, 1e3", "F", 1, 0, .996008, 1e-6, 5e-7},
+    {"dielectric, 1e3", "F", 1e-3, 0, .499998, 1e-6, 5e-7},
+    {"dielectric, 1e6", "F", 1, 0, .999996, 1e-6, 5e-7},
+    {"dielectric, 1", "F", 0, 0, 0, 0, 0},
+    {"schlick, F0 1", "F", 0.1, 0, 1, 0, 0},
+    {"ggx, smith_correlated: E", "E", 1e-6, 1e-6, .892075, 2e-6, 5e-7},
+    {"ggx, smith_separable: E", "E", 1e-6, 1e-6, .881618, 2e-6, 5e-7},
+    {"ggx, smith_correlated: E", "E", 0, 1, 1, 0, 0},
+    {"ggx, smith_separable: E", "E", 0, 1, .613705638880109, 1e-6, 1e-12},
+    {"ggx, smith_correlated: E", "E", 1, 1, .3068528194400547, 1e-6, 1e-12},
+    {"ggx, smith_correlated: 1 - E", "1 - E", 0.5, 1e-4, 2.5e-8, 1e-11, 1e-11},
+    {"ggx, smith_correlated: B", "B", 0.5, 0, .03125, 1e-7, 1e-15},
+};
+
+void every_expected_verdict_holds() {
+    for (const Verdict& verdict : studied().study.verdicts)
+        EXPECT_TRUE(verdict.holds || !verdict.expected) << verdict.name << ": " << verdict.words;
+}
+
+/// What is known to go wrong is said, and is not asserted away.
+void it_says_which_models_rightly_misbehave() {
+    std::map<std::string, const Verdict*> verdicts;
+    for (const Verdict& verdict : studied().study.verdicts) verdicts[verdict.name] = &verdict;
+    for (const char* name :
+         {"every model is finite", "F is nowhere negative", "no lobe reflects more than it gets"}) {
+        ASSERT_TRUE(verdicts.contains(name)) << name;
+        EXPECT_FALSE(verdicts[name]->expected) << name;
+        EXPECT_FALSE(verdicts[name]->holds) << name;
+    }
+    ASSERT_TRUE(verdicts.contains("an index of 1e10 is refused"));
+    EXPECT_TRUE(verdicts["an index of 1e10 is refused"]->holds);
+}
+
+void every_model_of_the_contract_has_a_verdict() {
+    std::map<std::string, int> names;
+    for (const Verdict& verdict : studied().study.verdicts) ++names[verdict.name];
+    for (const char* name : {"F none",
+                             "F schlick",
+                             "F dielectric",
+                             "F conductor",
+                             "F edge_tint",
+                             "F f82_tint",
+                             "ggx, smith_correlated",
+                             "ggx, smith_separable",
+                             "ggx, karis_ibl",
+                             "ggx, karis_direct",
+                             "ggx, unreal_joint",
+                             "beckmann, smith_correlated",
+                             "beckmann, smith_separable",
+                             "charlie, neubelt",
+                             "charlie, charlie",
+                             "charlie, charlie, softened",
+                             "lambert",
+                             "burley",
+                             "oren_nayar",
+                             "oren_nayar_full",
+                             "fon",
+                             "eon",
+                             "eon_unreal",
+                             "chan2018",
+                             "chan2024",
+                             "kulla_conty",
+                             "kulla_conty_linear",
+                             "turquin",
+                             "coupling none",
+                             "coupling half_vector",
+                             "coupling view",
+                             "coupling kelemen",
+                             "1 - E_avg",
+                             "F_avg"})
+        EXPECT_EQ(names[name], 1) << name;
+}
+
+void values_from_elsewhere_agree() {
+    for (const Spot& spot : kSpots) {
+        const auto* row = row_of(spot.which, spot.quantity, spot.NoV, spot.alpha);
+        ASSERT_NE(row, nullptr) << spot.which << ' ' << spot.quantity << ' ' << spot.NoV;
+        const auto hold = [&](const char* arithmetic, double most) {
+            const auto value = (*row)[column(arithmetic)].number;
+            if (!value) return false;
+            EXPECT_NEAR(*value, spot.value, most)
+                << spot.which << ", " << spot.quantity << ", NoV " << spot.NoV << ", alpha "
+                << spot.alpha << ", " << arithmetic;
+            return true;
+        };
+        EXPECT_TRUE(hold("native_float", spot.single));
+        const bool opencl = hold("opencl_float", spot.single);
+        EXPECT_EQ(opencl, studied().report.device.backend == "opencl");
+        hold("native_double", spot.twice);
+    }
+}
+
+// One test, since each is a process of its own and the study is what takes its time.
+TEST(Stability, HoldsOnEveryBackend) {
+    every_expected_verdict_holds();
+    it_says_which_models_rightly_misbehave();
+    every_model_of_the_contract_has_a_verdict();
+    values_from_elsewhere_agree();
+}
+
+/// A caller who wants out is heard, and one who listens is told.
+TEST(Stability, StopsWhenAsked) {
+    EngineOptions options;
+    options.device = DeviceChoice::native;
+    Engine engine(options);
+    int told = 0;
+    Control control;
+    control.progress = [&](const Progress&) { ++told; };
+    control.cancelled = [&] { return told == 20; };
+    EXPECT_THROW(make_study(engine, stability_job(), control), Cancelled);
+    EXPECT_EQ(told, 20);
+}
+
+}  // namespace
+}  // namespace kiln
