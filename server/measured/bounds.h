@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+
+#include "server/base/bound.h"
+
+namespace kiln::measured {
+
+inline constexpr std::size_t kFileBytesMax = std::size_t{64} << 20;
+/// A MERL table of 360 azimuths has 2 916 000 cells.
+inline constexpr std::size_t kPointsMax = std::size_t{4} << 20;
+inline constexpr std::size_t kChannelsMax = 64;
+/// Points times channels of all components of a file: 64 MiB of floats.
+inline constexpr std::size_t kValuesMax = std::size_t{16} << 20;
+inline constexpr std::size_t kLineBytesMax = std::size_t{1} << 20;
+/// Documents that are parsed as a whole, where a byte may become 30 bytes of tree.
+inline constexpr std::size_t kDocumentBytesMax = std::size_t{8} << 20;
+inline constexpr std::size_t kXmlTagsMax = 200000;
+inline constexpr std::size_t kComponentsMax = 64;
+/// Of findings, warnings and things left out, so that a hostile file cannot make a long account.
+inline constexpr std::size_t kRemarksMax = 64;
+
+/// Of the measured room.
+Bounds measured_bounds();
+
+}  // namespace kiln::measured
