@@ -51,7 +51,8 @@ Header read_header(LineScanner& lines) {
                 fail_at(line, "DataBegin before ScatterAzimuth and ScatterRadial");
             return header;
         }
-        if (same_word(key, "Model")) header.title = plain_text(value.substr(value.find(':') + 1));
+        if (same_word(key, "Model"))
+            header.title = plain_text(trimmed(value.substr(value.find(':') + 1)));
         if (same_word(key, "Symmetry"))
             header.plane_symmetrical = same_word(value, "PlaneSymmetrical");
         const bool azimuth = same_word(key, "ScatterAzimuth");

@@ -11,8 +11,9 @@
 namespace kiln::measured {
 namespace {
 
-/// Below this cosine (89.94 degrees) a division by it says more about rounding than about f.
-constexpr double kCosineMin = 1e-3;
+/// Below this cosine (88 degrees) the stored value, which does not vanish at the horizon, is
+/// divided by so little that f is made of its noise.
+constexpr double kCosineMin = 0.035;
 
 /// Median relative difference of f(a, b) and f(b, a), once with the stored value as f cos theta_o
 /// and once as f.
@@ -90,12 +91,16 @@ void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found,
             "set in " + in_words(100 * valid[0]) + " % of the places above and in " +
                 in_words(100 * valid[1]) + " % of those below; the horizon is taken from geometry");
     if (brdf.last_is_copy()) {
-        account.found("mask", "nothing beyond theta_i = " + in_words(brdf.theta_i().back()),
-                      "the slice at " + in_words(brdf.theta_i_of_copy()) +
-                          " degrees repeats the one before it, value by value");
-        account.leave_out("theta_i = " + in_words(brdf.theta_i_of_copy()) + " degrees",
+        const std::string last = in_words(brdf.theta_i().back());
+        account.found(
+            "mask", "nothing beyond theta_i = " + in_words(brdf.theta_i().end()[-2]),
+            "the slice at " + last + " degrees repeats the one before it, value by value");
+        account.leave_out("theta_i = " + last + " degrees",
                           "a copy of another slice is no measurement");
     }
+    if (counts.grazing > 0)
+        account.found("mask", std::to_string(counts.grazing) + " points beyond 88 degrees",
+                      "f would be noise divided by the cosine");
     if (counts.negative > 0)
         account.found("negative values",
                       in_words(100.0 * static_cast<double>(counts.negative) /
@@ -116,8 +121,9 @@ Reading read_rgl(std::string_view bytes, const ReadOptions&) {
     Component part{"reflection front", {}, {}};
     part.cloud.channels = {"R", "G", "B"};
     Counts counts;
-    for (const double theta_i : brdf.theta_i())
-        add_incidence(part.cloud, brdf, theta_i, divide, counts);
+    const std::size_t slices = brdf.theta_i().size() - (brdf.last_is_copy() ? 1 : 0);
+    for (std::size_t slice = 0; slice < slices; ++slice)
+        add_incidence(part.cloud, brdf, brdf.theta_i()[slice], divide, counts);
     explain(reading.understood, brdf, found, divide, counts);
     reading.components.push_back(std::move(part));
     return reading;

@@ -109,10 +109,6 @@ void RglBrdf::load_tables(std::string_view bytes) {
         std::equal(rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 1) * slice),
                    rgb_.values.begin() + static_cast<std::ptrdiff_t>(count * slice),
                    rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 2) * slice));
-    if (last_is_copy_) {
-        copy_theta_ = theta_i_.back();
-        theta_i_.pop_back();
-    }
 }
 
 /// Marginal over rows and conditional within a row of piecewise linear densities, each slice of

@@ -27,10 +27,10 @@ class RglBrdf {
     /// Negative values (colours outside sRGB) are given as they are.
     std::array<double, 3> value(double theta_i, Vec out) const;
 
-    /// Light angles of the slices in degrees, rising; without the last one if it is a copy.
+    /// Light angles of the slices in degrees, rising.
     const std::vector<double>& theta_i() const { return theta_i_; }
+    /// Whether the last slice repeats the one before it: then nothing was measured there.
     bool last_is_copy() const { return last_is_copy_; }
-    double theta_i_of_copy() const { return copy_theta_; }
     const NodeTable& visible_normals() const { return vndf_; }
     std::string_view description() const { return description_; }
 
@@ -50,7 +50,6 @@ class RglBrdf {
 
     std::vector<double> theta_i_;
     bool last_is_copy_ = false;
-    double copy_theta_ = 0;
     bool jacobian_ = true;
     NodeTable vndf_, rgb_, ndf_, sigma_;  ///< rgb has three slices an incidence
     std::vector<double> conditional_, marginal_;
