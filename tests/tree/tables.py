@@ -34,6 +34,7 @@ ARROWS = {
     "server/base/": [],
     "server/settings/": ["server/base/"],
     "server/spec/": ["server/base/"],
+    "server/measured/": ["server/spec/", "server/base/"],
     "server/store/": ["server/base/"],
     "server/compute/": ["kernels/", "server/spec/", "server/base/"],
     "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
@@ -57,6 +58,7 @@ HEAVY_HEADERS = {
     "nlohmann/json.hpp": [
         "client/json.cpp", "server/compute/devices_json.cpp",
         "server/compute/report.cpp", "server/http/documents.cpp",
+        "server/measured/account.cpp", "server/measured/bird_json.cpp",
         "server/spec/canonical.cpp", "server/spec/contract.cpp", "server/spec/job.cpp",
         "server/spec/json_text.cpp", "server/spec/models.cpp",
         "server/spec/phrases.cpp", "server/spec/problem_document.cpp",
@@ -68,6 +70,7 @@ HEAVY_HEADERS = {
     "CL/*": ["server/compute/opencl_api.h", "tests/compute/clfault.cpp"],
     "curl/*": ["client/http.cpp"],
     "sqlite3.h": ["server/store/sqlite.cpp", "tests/store/test_sqlite_job_store.cpp"],
+    "pugixml.hpp": ["server/measured/lbnl_xml.cpp"],
     "openssl/*": ["server/base/sha256.cpp"],
     "png.h": ["server/image/png_read.cpp", "server/image/png_write.cpp"],
     "Imf*": ["server/image/exr_read.cpp", "server/image/exr_write.cpp",
