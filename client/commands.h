@@ -37,6 +37,8 @@ Exit info(const std::string& path, bool json);
 /// channels.
 Exit diff(const std::string& a, const std::string& b, double max_error, bool json);
 Exit devices(bool json);
+/// What a measured file says, and what speaks for it. Exit::usage where no format fits.
+Exit measure_info(const std::string& path, bool json);
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);
 /// `id` may be the start of an id that fits one job alone.
 Exit cancel(const ServerOptions& options, const std::string& id);

@@ -165,6 +165,20 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return cancel(arguments.server, arguments.id); }; });
 }
 
+void add_measure(CLI::App& app, Arguments& arguments) {
+    CLI::App& measure = *app.add_subcommand("measure", "Measured reflectance");
+    measure.require_subcommand(1);
+    CLI::App& info_command = *measure.add_subcommand("info", "Show what a measured file says");
+    info_command.add_option("file", arguments.file, "- for standard input")
+        ->required()
+        ->type_name("FILE");
+    add_json(info_command, arguments);
+    info_command.footer("Example:\n  kiln measure info paint.bsdf");
+    info_command.callback([&arguments] {
+        arguments.run = [&] { return measure_info(arguments.file, arguments.json); };
+    });
+}
+
 /// The library would say that a command is missing, and of a wrong one no word.
 void expect_command(const CLI::App& app, int argc, char** argv) {
     if (argc < 2) return;
@@ -243,6 +257,7 @@ int parse_and_run(int argc, char** argv) {
     add_bake(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
+    add_measure(app, arguments);
     try {
         expect_command(app, argc, argv);
         app.parse(argc, argv);
