@@ -46,7 +46,7 @@ void Hemisphere::find_holes(const Incidence& incidence) {
     std::uint32_t last = 0;
     for (const std::uint32_t t : inner_) last = std::max(last, t);
     triangle_origin_.assign(inner_.empty() ? 0 : last + 1, Origin::kMeasured);
-    std::uint32_t hint = 0;
+    std::uint32_t hint = Triangulation::kNone;
     for (std::size_t n = 0; n < incidence.out.size(); ++n) {
         if (usable(incidence.state[n])) continue;
         const auto place = mesh_->locate({incidence.out[n].x, incidence.out[n].y}, hint);
@@ -94,12 +94,12 @@ ReciprocityError reciprocity_error(const std::vector<Hemisphere>& incidences) {
             if (first.theta_i() == second.theta_i() || differences.size() > 100000) continue;
             std::vector<double> there(first.channels()), back(first.channels());
             for (int turn = 0; turn < 360; turn += 10) {
-                std::uint32_t hint = 0;
+                std::uint32_t hint = Triangulation::kNone;
                 Origin one{}, other{};
                 // Light and view change places, then both are turned back by the azimuth.
                 if (!first.value(direction(second.theta_i(), turn), hint, there.data(), one))
                     continue;
-                hint = 0;
+                hint = Triangulation::kNone;
                 if (!second.value(direction(first.theta_i(), -turn), hint, back.data(), other))
                     continue;
                 if (one != Origin::kMeasured || other != Origin::kMeasured) continue;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "server/base/error.h"
+#include "server/measured/bounds.h"
 
 namespace kiln::measured {
 namespace {
@@ -126,8 +127,8 @@ Colour Material::to_rgb(const double* values) const {
 }
 
 Colour Material::lobe_value(const Lobe& lobe, Vec out, Origin& origin) const {
-    std::vector<double> values(channels_.size());
-    std::uint32_t hint = 0;
+    std::array<double, kChannelsMax> values;
+    std::uint32_t hint = Triangulation::kNone;
     if (out.z >= 0 && lobe.hemisphere.value(out, hint, values.data(), origin))
         return to_rgb(values.data());
     const double theta = std::min(theta_of(out), 90.0), phi = phi_of(out);

@@ -76,6 +76,32 @@ Triangulation::Triangulation(const std::vector<Point>& points) {
         nodes_.push_back(rounded_points[point]);
         insert(node_of_[point]);
     }
+    find_starts();
+}
+
+std::size_t Triangulation::start_cell(const Node& at) const {
+    const auto side = static_cast<std::int64_t>(start_side_);
+    const auto cell = [side](std::int64_t v) {
+        return static_cast<std::size_t>(
+            std::clamp((v + kUnit) * side / (2 * kUnit), std::int64_t{0}, side - 1));
+    };
+    return cell(at.y) * start_side_ + cell(at.x);
+}
+
+void Triangulation::find_starts() {
+    while (start_side_ < 64 && 4 * start_side_ * start_side_ < nodes_.size()) start_side_ *= 2;
+    starts_.assign(start_side_ * start_side_, last_);
+    std::uint32_t from = last_;
+    const std::int64_t step = 2 * kUnit / static_cast<std::int64_t>(start_side_);
+    for (std::size_t row = 0; row < start_side_; ++row)
+        for (std::size_t k = 0; k < start_side_; ++k) {
+            // There and back again, so that each walk is short.
+            const std::size_t column = row % 2 == 0 ? k : start_side_ - 1 - k;
+            const Node middle = {static_cast<std::int64_t>(column) * step + step / 2 - kUnit,
+                                 static_cast<std::int64_t>(row) * step + step / 2 - kUnit};
+            from = walk(middle, from);
+            starts_[row * start_side_ + column] = from;
+        }
 }
 
 /// Twice the area of a, b, c: positive if they turn counter-clockwise.
@@ -221,7 +247,8 @@ double Triangulation::area(std::uint32_t index) const {
 
 Triangulation::Place Triangulation::locate(Point at, std::uint32_t& hint) const {
     const Node place = rounded(at);
-    const std::uint32_t found = walk(place, hint < triangles_.size() ? hint : 0);
+    const std::uint32_t found =
+        walk(place, hint < triangles_.size() ? hint : starts_[start_cell(place)]);
     hint = found;
     const Triangle& t = triangles_[found];
     for (const std::uint32_t n : t.node)

@@ -39,7 +39,7 @@ class Triangulation {
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
     double area(std::uint32_t index) const;
 
-    /// The triangle around a place, walking from `hint`, which is updated.
+    /// The triangle around a place, walking from `hint`, which is updated; kNone starts near by.
     Place locate(Point at, std::uint32_t& hint) const;
 
   private:
@@ -51,6 +51,8 @@ class Triangulation {
     bool in_circle(const Triangle& around, const Node& d) const;
     std::uint32_t walk(const Node& at, std::uint32_t from) const;
     void insert(std::uint32_t node);
+    void find_starts();
+    std::size_t start_cell(const Node& at) const;
     void split(std::uint32_t triangle, std::uint32_t node);
     void split_edge(std::uint32_t triangle, int corner, std::uint32_t node);
     void legalise(std::uint32_t node);
@@ -62,6 +64,8 @@ class Triangulation {
     std::vector<Triangle> triangles_;
     std::vector<std::uint32_t> stack_;
     std::uint32_t last_ = 0;
+    std::size_t start_side_ = 1;
+    std::vector<std::uint32_t> starts_;  ///< a triangle near each cell of a grid over the square
 };
 
 }  // namespace kiln::measured
