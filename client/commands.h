@@ -7,22 +7,34 @@
 #include "client/terminal.h"
 #include "server/base/default_address.h"
 #include "server/measured/material.h"
+#include "server/spec/job_spec.h"
 
 namespace kiln::client {
 
 /// Where a server is looked for when none was named.
 inline const std::string kDefaultServer = std::string("http://") + kDefaultAddress;
 
-struct BakeOptions {
-    std::string job;                    ///< file, or "-" for standard input
-    std::vector<std::string> settings;  ///< field=value
-    std::string output;                 ///< file, or "-" for standard output
-    std::string report;                 ///< file, or "" for none
-    std::string server;                 ///< "" where none was named
+/// Where a job runs, and how its user hears of it.
+struct RunOptions {
+    std::string server;  ///< "" where none was named
     bool local = false;
     double timeout_s = 0;  ///< 0 = none
     bool json = false;
     ProgressMode progress = ProgressMode::automatic;
+};
+
+struct BakeOptions : RunOptions {
+    std::string job;                    ///< file, or "-" for standard input
+    std::vector<std::string> settings;  ///< field=value
+    std::string output;                 ///< file, or "-" for standard output
+    std::string report;                 ///< file, or "" for none
+};
+
+struct StudyOptions : RunOptions {
+    Kind kind = Kind::furnace;
+    std::string job;                    ///< file, "-" for standard input, "" for no document
+    std::vector<std::string> settings;  ///< field=value
+    std::string folder;                 ///< "" for none
 };
 
 struct ServerOptions {
@@ -43,6 +55,9 @@ struct SliceOptions {
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
+/// Makes a study of a job, prints its verdicts, and writes KIND.png, .svg, .csv and .json into the
+/// folder. Exit::different where a verdict is not what is known of the model.
+Exit study(const StudyOptions& options);
 Exit info(const std::string& path, bool json);
 /// Exit::different above max_error in any texel, for NaN, and for files of different sizes or
 /// channels.

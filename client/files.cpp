@@ -125,6 +125,14 @@ std::string read_input(const std::string& path, std::size_t bytes_max) {
     }
 }
 
+void make_folder(const std::string& path) {
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (!error && !fs::is_directory(path, error))
+        error = std::make_error_code(std::errc::not_a_directory);
+    if (error) throw unwritable(Exit::usage, path, error.message());
+}
+
 void check_output(const std::string& path) {
     if (path == "-") {
         if (::isatty(STDOUT_FILENO) == 1)

@@ -6,9 +6,15 @@
 
 namespace kiln::client {
 
+/// Far above the contract's job_bytes_max, which parse_job judges; only there so that reading ends.
+inline constexpr std::size_t kJobInputBytesMax = 16u << 20;
+
 /// Everything in a file, or in standard input for "-". Throws Failure(usage) for a file that cannot
 /// be read or holds more than `bytes_max` bytes.
 std::string read_input(const std::string& path, std::size_t bytes_max);
+
+/// Makes the folder, and those above it, unless it is there. Throws Failure(usage) with the reason.
+void make_folder(const std::string& path);
 
 /// Fails early, before minutes of work: throws Failure(usage) if `path` could not be written later.
 /// "-" is standard output, which must not be a terminal.

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "server/compute/devices_json.h"
+#include "server/spec/kinds.h"
+#include "server/spec/words.h"
 
 namespace kiln::client {
 
@@ -153,8 +155,20 @@ bool is_capabilities(std::string_view text) {
 bool lacks_output_format(std::string_view job_text) {
     const auto json = parse(job_text);
     if (!json || !json->is_object()) return false;
+    if (json->value("kind", Json("lut")) != "lut") return false;  // a study is a PNG
     const auto output = json->find("output");
     return output == json->end() || (output->is_object() && !output->contains("format"));
+}
+
+std::string as_study(std::string_view job_text, Kind kind) {
+    auto json = parse(job_text);
+    if (!json || !json->is_object()) return std::string(job_text);
+    if (json->value("kind", Json("lut")) == to_word(kind)) return std::string(job_text);
+    Json study = {{"kind", to_word(kind)}};
+    for (const auto& [field, value] : json->items())
+        if (field != "kind" && (is_read(kind, field) || !is_read(Kind::lut, field)))
+            study[field] = value;
+    return dump(study);
 }
 
 std::string problem_json(const ProblemDocument& problem) {

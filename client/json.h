@@ -47,6 +47,9 @@ bool is_capabilities(std::string_view text);
 
 /// True for a job document that could name /output/format and does not.
 bool lacks_output_format(std::string_view job_text);
+/// The study of that kind of what a job document is of: fields that such a study does not read are
+/// left out. A document that is one already, or is no JSON object, is given back as it is.
+std::string as_study(std::string_view job_text, Kind kind);
 
 // Documents for --json, each one line of text or an indented object, without a line break at the
 // end.

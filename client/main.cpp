@@ -13,6 +13,7 @@
 #include "client/json.h"
 #include "server/base/version.h"
 #include "server/spec/phrases.h"
+#include "server/spec/words.h"
 
 namespace kiln::client {
 
@@ -26,6 +27,7 @@ constexpr const char* kExitCodes =
 /// What the arguments ask for. `run` is set by the subcommand that was named.
 struct Arguments {
     BakeOptions bake;
+    StudyOptions study;
     ServerOptions server;
     SliceOptions slices;
     std::string file, other_file, id, state, progress = "auto";
@@ -54,6 +56,29 @@ ProgressMode progress_mode(const std::string& word) {
     return modes.at(word);
 }
 
+/// Where a job runs, and how its user hears of it.
+void add_run(CLI::App& command, RunOptions& options, Arguments& arguments) {
+    add_server(command, options.server);
+    command.add_flag("--local", options.local, "bake in this process, ask no server");
+    command
+        .add_option("--timeout", options.timeout_s,
+                    "give up, and cancel, after this long; 0 = never")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6).description(""));
+    command
+        .add_option("--progress", arguments.progress,
+                    "on standard error: auto, bar, plain, json, none")
+        ->type_name("HOW")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}).description(""));
+}
+
+/// What the options above say together.
+void settle_run(RunOptions& options, const Arguments& arguments) {
+    if (options.local && !options.server.empty())
+        throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
+    options.progress = progress_mode(arguments.progress);
+}
+
 void add_bake(CLI::App& app, Arguments& arguments) {
     CLI::App& command = *app.add_subcommand("bake", "Bake a job into an EXR or PNG");
     BakeOptions& options = arguments.bake;
@@ -70,18 +95,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         ->allow_extra_args(false);
     command.add_option("--report", options.report, "write the report (error, run time, device)")
         ->type_name("FILE");
-    add_server(command, options.server);
-    command.add_flag("--local", options.local, "bake in this process, ask no server");
-    command
-        .add_option("--timeout", options.timeout_s,
-                    "give up, and cancel, after this long; 0 = never")
-        ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6).description(""));
-    command
-        .add_option("--progress", arguments.progress,
-                    "on standard error: auto, bar, plain, json, none")
-        ->type_name("HOW")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}).description(""));
+    add_run(command, options, arguments);
     add_json(command, arguments);
     command.footer(
         "Examples:\n"
@@ -92,10 +106,60 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         "\nWith no server named and none at the usual place, bakes in this process and says so.\n" +
         std::string(kExitCodes));
     command.callback([&arguments, &options] {
-        if (options.local && !options.server.empty())
-            throw Failure(Exit::usage, "usage", "--local and --server exclude each other");
-        options.progress = progress_mode(arguments.progress);
+        settle_run(options, arguments);
         arguments.run = [&] { return bake(options); };
+    });
+}
+
+struct StudyCommand {
+    Kind kind;
+    const char* summary;
+    const char* of;  ///< what its document is, "" where it takes none
+    const char* footer;
+};
+
+constexpr StudyCommand kStudies[] = {
+    {Kind::convergence, "Measure error against run time and samples", "job document",
+     "Examples:\n"
+     "  kiln convergence examples/split_sum.json -o convergence\n"
+     "  kiln convergence examples/split_sum.json --set sample_count=16384 --local -o convergence\n"
+     "\nGoes through every sampler, importance and backend from 32 samples to the job's, three "
+     "times,\nbeside quadrature and, where it is installed, cmgen. Writes convergence.png, .svg, "
+     ".csv and\n.json into DIR.\n"},
+    {Kind::furnace, "Judge a material: white furnace, positivity, reciprocity", "job document",
+     "Examples:\n"
+     "  kiln furnace examples/split_sum.json\n"
+     "  kiln furnace material.json --set coupling=kelemen -o furnace\n"
+     "\nTakes the material of any job document. Writes furnace.png, .svg, .csv and .json into "
+     "DIR.\n"},
+};
+
+void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_command) {
+    const std::string name(to_word(study_command.kind));
+    CLI::App& command = *app.add_subcommand(name, study_command.summary);
+    StudyOptions& options = arguments.study;
+    if (*study_command.of != '\0') {
+        command
+            .add_option("job", options.job,
+                        std::string(study_command.of) + ", - for standard input")
+            ->required()
+            ->type_name("JOB.json");
+        command.add_option("--set", options.settings, "change the job: seed=7, coupling=view, …")
+            ->type_name("FIELD=VALUE")
+            ->allow_extra_args(false);
+    }
+    command.add_option("-o,--output", options.folder, "folder for the pictures and the numbers")
+        ->type_name("DIR");
+    add_run(command, options, arguments);
+    add_json(command, arguments);
+    command.footer(
+        study_command.footer +
+        std::string("Exit status 6 where a verdict is not what is known of the model.\n") +
+        kExitCodes);
+    command.callback([&arguments, &options, kind = study_command.kind] {
+        settle_run(options, arguments);
+        options.kind = kind;
+        arguments.run = [&] { return study(options); };
     });
 }
 
@@ -250,7 +314,9 @@ void expect_command(const CLI::App& app, int argc, char** argv) {
 void take_environment(Arguments& arguments) {
     const char* server = std::getenv("KILN_SERVER");
     if (server == nullptr) return;
-    if (arguments.bake.server.empty() && !arguments.bake.local) arguments.bake.server = server;
+    for (RunOptions* options :
+         {static_cast<RunOptions*>(&arguments.bake), static_cast<RunOptions*>(&arguments.study)})
+        if (options->server.empty() && !options->local) options->server = server;
     if (arguments.server.server.empty()) arguments.server.server = server;
 }
 
@@ -302,6 +368,7 @@ int parse_and_run(int argc, char** argv) {
     });
     app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
     add_bake(app, arguments);
+    for (const StudyCommand& command : kStudies) add_study(app, arguments, command);
     add_files(app, arguments);
     add_jobs(app, arguments);
     add_measure(app, arguments);
@@ -314,7 +381,7 @@ int parse_and_run(int argc, char** argv) {
         return static_cast<int>(
             complain(arguments, failure.exit, {failure.code(), failure.what(), {}}));
     }
-    arguments.bake.json = arguments.server.json = arguments.json;
+    arguments.bake.json = arguments.study.json = arguments.server.json = arguments.json;
     take_environment(arguments);
     return static_cast<int>(run(arguments));
 }

@@ -83,9 +83,8 @@ struct Engine::State {
     }
 
     Outcome run_on_opencl(const JobSpec& job, const Plan& plan, const Control& control,
-                          OpenClBackend& backend) {
-        Outcome outcome =
-            integrate(job, plan, backend, pool, control, options.standard_error_planes);
+                          bool standard_error_planes, OpenClBackend& backend) {
+        Outcome outcome = integrate(job, plan, backend, pool, control, standard_error_planes);
         std::string numerics = kStrictNumerics;
         for (const Pass& pass : plan.passes)
             if (backend.numerics(pass.what) != kStrictNumerics)
@@ -95,9 +94,8 @@ struct Engine::State {
     }
 
     Outcome run_on_native(const JobSpec& job, const Plan& plan, const Control& control,
-                          const std::optional<std::string>& fallback) {
-        Outcome outcome =
-            integrate(job, plan, *native, pool, control, options.standard_error_planes);
+                          bool standard_error_planes, const std::optional<std::string>& fallback) {
+        Outcome outcome = integrate(job, plan, *native, pool, control, standard_error_planes);
         outcome.report.device = {"native", native_name(), kStrictNumerics, fallback};
         return outcome;
     }
@@ -122,7 +120,7 @@ void Engine::warm_up() {
         state_->opencl().request(pass.what);
 }
 
-Outcome Engine::run(const JobSpec& job, const Control& control) {
+Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
     const Plan plan = make_plan(
         job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
     if (job.integrator == Integrator::quadrature) {
@@ -135,7 +133,8 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
     Outcome outcome;
     if (choice.opencl) {
         try {
-            outcome = state_->run_on_opencl(job, plan, control, *choice.opencl);
+            outcome =
+                state_->run_on_opencl(job, plan, control, standard_error_planes, *choice.opencl);
         } catch (const Cancelled&) {
             throw;
         } catch (const Error& error) {
@@ -144,7 +143,7 @@ Outcome Engine::run(const JobSpec& job, const Control& control) {
         }
     }
     if (outcome.table.planes.empty())
-        outcome = state_->run_on_native(job, plan, control, choice.fallback);
+        outcome = state_->run_on_native(job, plan, control, standard_error_planes, choice.fallback);
     outcome.report.left_out = plan.left_out;
     outcome.report.run_time_s.compile = choice.compile_s;
     return outcome;

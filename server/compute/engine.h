@@ -34,7 +34,6 @@ struct EngineOptions {
     /// breaker).
     std::string opencl_disabled_reason;
     unsigned thread_count = 0;  ///< of the native backend; 0 = every core this process may use
-    bool standard_error_planes = false;  ///< fill Outcome::standard_errors
 };
 
 struct DeviceInfo {
@@ -60,7 +59,8 @@ class Engine {
     /// Starts building the OpenCL program of the default job in the background.
     void warm_up();
     /// Throws Cancelled, or Error("device_failed" | "device_unavailable" | "non_finite").
-    Outcome run(const JobSpec& job, const Control& control);
+    /// A quadrature has no standard errors: Outcome::standard_errors stays empty.
+    Outcome run(const JobSpec& job, const Control& control, bool standard_error_planes = false);
     std::vector<DeviceInfo> devices();
 
   private:

@@ -3,6 +3,7 @@
 
 #include "server/base/sha256.h"
 #include "server/spec/contract.h"
+#include "server/spec/kinds.h"
 #include "server/spec/models.h"
 #include "server/spec/schema.h"
 #include "server/spec/spec.h"
@@ -44,6 +45,7 @@ Json layout_of(const JobSpec& job) {
 
 std::string canonical(const JobSpec& job) {
     Json document = defaults();
+    document["kind"] = to_word(job.kind);
     Json quantities = Json::array();
     for (const Quantity quantity : job.quantities) quantities.push_back(to_word(quantity));
     document["quantities"] = std::move(quantities);
@@ -57,6 +59,9 @@ std::string canonical(const JobSpec& job) {
     document["device"] = to_word(job.device);
     document["seed"] = job.seed;
     document["output"] = {{"format", to_word(job.format)}, {"pixel", to_word(job.pixel)}};
+    const Json whole = document;
+    for (const auto& [field, value] : whole.items())
+        if (!is_read(job.kind, field)) document.erase(field);
     return document.dump();
 }
 

@@ -42,6 +42,7 @@ void check_words(const Json& document, const std::string& pointer) {
 
 void check_all_words(const Json& document) {
     const std::string job = "/Job/properties/";
+    check_words<Kind>(document, job + "kind");
     check_words<Quantity>(document, "/Quantity");
     check_words<Parameter>(document, "/Axis/properties/parameter");
     check_words<Mapping>(document, "/Axis/properties/mapping");

@@ -5,6 +5,7 @@
 #include "server/spec/channels.h"
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
+#include "server/spec/kinds.h"
 #include "server/spec/layouts.h"
 #include "server/spec/limits.h"
 #include "server/spec/models.h"
@@ -22,15 +23,19 @@ using Json = nlohmann::json;
 /// rule is applied when all that it reads is sound, so that one answer names every problem.
 class Reader {
   public:
-    Reader(const Json& document, ProblemList& problems)
-        : document_(document), problems_(problems) {}
+    /// `document` has the defaults inserted that `given` leaves out.
+    Reader(const Json& given, const Json& document, ProblemList& problems)
+        : given_(given), document_(document), problems_(problems) {}
 
     JobSpec read() {
+        if (!document_.is_object()) return {};
+        read_word(job_.kind, "/kind");
+        if (sound("/kind")) check_fields();
         if (sound("/layout") && at("/layout").is_string())
             job_.layout = at("/layout").get<std::string>();
         read_fields();
-        read_layout();
-        read_output();
+        if (is_read(job_.kind, "layout")) read_layout();
+        if (is_read(job_.kind, "output")) read_output();
         check_work();
         return std::move(job_);
     }
@@ -52,8 +57,22 @@ class Reader {
         if (sound(pointer)) field = word<E>(at(pointer));
     }
 
+    /// Every kind reads some of the fields.
+    void check_fields() {
+        const bool of_quantities = is_read(job_.kind, "quantities");
+        if (of_quantities && !given_.contains("quantities"))
+            problems_.add("/quantities", "is required and missing");
+        std::string read;
+        for (const auto& [field, value] : document_.items())
+            if (is_read(job_.kind, field)) read += (read.empty() ? "" : ", ") + field;
+        for (const auto& [field, value] : given_.items())
+            if (document_.contains(field) && !is_read(job_.kind, field))
+                problems_.add("/" + field, "is not read by a " + std::string(to_word(job_.kind)) +
+                                               " study; leave it out. It reads: " + read);
+    }
+
     void read_fields() {
-        if (sound("/quantities")) {
+        if (sound("/quantities") && document_.contains("quantities")) {
             for (const Json& entry : at("/quantities"))
                 job_.quantities.push_back(word<Quantity>(entry));
         }
@@ -63,6 +82,7 @@ class Reader {
         if (sound("/seed")) job_.seed = at("/seed").get<std::uint64_t>();
         read_word(job_.integrator, "/integrator");
         read_word(job_.sampler, "/sampler");
+        prepare_study(job_);
         read_models(document_, problems_, job_);
         read_word(job_.precision, "/precision");
         read_word(job_.device, "/device");
@@ -232,6 +252,7 @@ class Reader {
                           std::to_string(limits().work_samples_max));
     }
 
+    const Json& given_;
     const Json& document_;
     ProblemList& problems_;
     JobSpec job_;
@@ -257,7 +278,7 @@ JobSpec parse_job(std::string_view text) {
     ProblemList problems(static_cast<std::size_t>(limits().problems_max));
     const Json& schema = contract()["components"]["schemas"]["Job"];
     const Json document = walk_schema(contract(), schema, given, problems);
-    JobSpec job = Reader(document, problems).read();
+    JobSpec job = Reader(given, document, problems).read();
     if (!problems.empty()) throw InvalidJob(problems.take());
     return job;
 }

@@ -10,6 +10,7 @@
 namespace kiln {
 
 // The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
+enum class Kind { lut, convergence, stability, furnace };
 enum class Quantity {
     split_sum_scale,
     split_sum_bias,
@@ -90,7 +91,9 @@ struct DiffuseSpec {
 
 /// A job past the gate: every field is set and every combination makes sense.
 struct JobSpec {
-    std::vector<Quantity> quantities;  ///< 1…64, no repeats; they become channels in this order
+    Kind kind = Kind::lut;
+    /// 1…64, no repeats; they become channels in this order. Empty for a stability study.
+    std::vector<Quantity> quantities;
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
     std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
     std::vector<Axis> axes;  ///< as many as resolution has entries; row 0 is the first texel of y

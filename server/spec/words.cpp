@@ -5,6 +5,7 @@ namespace kiln {
 namespace {
 
 using Word = std::string_view;
+constexpr Word kKind[] = {"lut", "convergence", "stability", "furnace"};
 constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "directional_albedo",
                               "average_albedo",         "multiscatter_albedo", "specular_albedo",
                               "compensated_albedo",     "fresnel_average",     "diffuse_albedo",
@@ -33,6 +34,7 @@ constexpr Word kPixelType[] = {"half", "float", "uint8", "uint16"};
 }  // namespace
 
 // clang-format off
+template <> std::span<const Word> words<Kind>() { return kKind; }
 template <> std::span<const Word> words<Quantity>() { return kQuantity; }
 template <> std::span<const Word> words<Parameter>() { return kParameter; }
 template <> std::span<const Word> words<Mapping>() { return kMapping; }

@@ -9,6 +9,8 @@
 #include "server/image/image.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
+#include "server/study/draw.h"
+#include "server/study/studies.h"
 
 namespace kiln {
 
@@ -54,7 +56,28 @@ void tell_pixel_losses(Report& report, const std::vector<std::string>& channels,
             "it");
 }
 
+Baked bake_study(Engine& engine, const JobSpec& job, const Control& control) {
+    const Clock::time_point start = Clock::now();
+    Studied made = make_study(engine, job, control);
+    const Clock::time_point encode_start = Clock::now();
+    std::string picture = draw_png(made.study);
+    made.report.run_time_s.encode = seconds_since(encode_start);
+    made.report.run_time_s.total = seconds_since(start);
+    made.report.job = job_id(job);
+    std::string digest = sha256_hex(picture);
+    return {.image = std::move(picture),
+            .extension = "png",
+            .report = std::move(made.report),
+            .image_digest = std::move(digest),
+            .study = std::move(made.study)};
+}
+
 }  // namespace
+
+std::string report_json(const Baked& baked) {
+    const std::string report = to_json(baked.report);
+    return baked.study ? with_study(report, *baked.study) : report;
+}
 
 std::string image_key(const JobSpec& job, const std::string& numerics) {
     return sha256_hex("kiln/image/1\n" + kernel_digest() + "\n" + numerics + "\n" +
@@ -62,6 +85,7 @@ std::string image_key(const JobSpec& job, const std::string& numerics) {
 }
 
 Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
+    if (job.kind != Kind::lut) return bake_study(engine, job, control);
     const Clock::time_point start = Clock::now();
     Outcome outcome = engine.run(job, control);
     Report& report = outcome.report;
@@ -88,7 +112,8 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
     return {.image = std::move(encoded.bytes),
             .extension = std::move(encoded.extension),
             .report = std::move(report),
-            .image_digest = std::move(digest)};
+            .image_digest = std::move(digest),
+            .study = {}};
 }
 
 }  // namespace kiln

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <optional>
 #include <string>
 
 #include "server/compute/engine.h"
 #include "server/compute/report.h"
 #include "server/spec/job_spec.h"
+#include "server/study/study.h"
 
 namespace kiln {
 
@@ -14,7 +16,11 @@ struct Baked {
     std::string extension;     ///< "exr" or "png"
     Report report;             ///< complete but for run_time_s.queued, which only a queue knows
     std::string image_digest;  ///< SHA-256 of `image`, 64 hex digits: the blob's name and its ETag
+    std::optional<Study> study;  ///< of a job that is one; its diagrams are the image
 };
+
+/// The contract's JSON text: the report, and the study where there is one.
+std::string report_json(const Baked& baked);
 
 /// Integrates, describes and encodes: the one way from a job to a file, on a server and in `kiln
 /// bake --local` alike, so that both give the same bytes. Throws what Engine::run and encode throw.

@@ -97,7 +97,7 @@ class Worker {
         RunTime& time = baked.report.run_time_s;
         time.queued = static_cast<double>(job.started_ms - job.created_ms) / 1000;
         time.total += time.queued;
-        if (!jobs_.finish(job.id, job.attempts, digest, baked.extension, to_json(baked.report)))
+        if (!jobs_.finish(job.id, job.attempts, digest, baked.extension, report_json(baked)))
             log_line("attempt_lost", {{"job", job.id}, {"worker", name_}});
     }
 

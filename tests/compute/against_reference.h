@@ -42,9 +42,8 @@ inline JobSpec square_job(std::vector<Quantity> quantities, std::int64_t size,
 inline Outcome bake(const JobSpec& job) {
     EngineOptions options;
     options.device = DeviceChoice::native;
-    options.standard_error_planes = true;
     Engine engine(options);
-    Outcome outcome = engine.run(job, Control{});
+    Outcome outcome = engine.run(job, Control{}, /*standard_error_planes=*/true);
     EXPECT_EQ(outcome.table.planes.size(), channels_of(job).size());
     EXPECT_EQ(outcome.standard_errors.size(), channels_of(job).size());
     return outcome;

@@ -32,6 +32,17 @@ class Jobs(ServiceTest):
         largest = max(error["standard_error_max"] for error in report["error"].values())
         self.assertAlmostEqual(done["standard_error_max"], largest, delta=1e-12)
 
+    def test_a_study_is_a_picture_whose_report_holds_the_numbers(self):
+        done = self.server.bake({"kind": "furnace", "device": "native", "sample_count": 256})
+        image = self.server.get(done["links"]["image"])
+        self.assertEqual(image.headers["Content-Type"], "image/png")
+        self.assertEqual(image.body[:4], b"\x89PNG")
+        report = self.server.get(done["links"]["report"]).json
+        self.assertEqual(report["job"], done["id"])
+        names = [verdict["name"] for verdict in report["study"]["verdicts"]]
+        self.assertIn("reciprocity", names)
+        self.assertEqual(len(report["study"]["table"]["columns"]), 4)
+
     def test_the_second_answer_is_the_first(self):
         job = {**SMALL, "seed": 11}
         first = self.server.bake(job)

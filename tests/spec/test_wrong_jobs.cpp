@@ -89,8 +89,9 @@ TEST(WrongJobs, LaterValuesAreRefusedByName) {
     const auto message = [](const std::string& text) {
         return refusal(text).problems.at(0).message;
     };
-    EXPECT_EQ(message(R"({"quantities":["average_albedo"],"kind":"atlas"})"),
-              R"("atlas" is not supported yet; allowed: "lut")");
+    EXPECT_EQ(
+        message(R"({"quantities":["average_albedo"],"kind":"atlas"})"),
+        R"("atlas" is not supported yet; allowed: "lut", "convergence", "stability", "furnace")");
     EXPECT_EQ(message(R"({"quantities":["average_albedo"],"target_error":0.1})"),
               "a number is not supported yet; allowed: null");
     EXPECT_EQ(message(R"({"quantities":["average_albedo"],"resolution":[0]})"),

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/reference/coupling_models.h"
+#include "tests/study/studying.h"
+
+namespace kiln {
+namespace {
+
+using namespace studying;
+
+struct Expected {
+    const char* document;
+    bool positive, conserving, reciprocal;
+};
+
+void expect(const Expected& expected) {
+    SCOPED_TRACE(expected.document);
+    const Study study = study_of(expected.document).study;
+    EXPECT_EQ(verdict(study, "positivity").holds, expected.positive);
+    EXPECT_EQ(verdict(study, "energy conservation").holds, expected.conserving);
+    EXPECT_EQ(verdict(study, "reciprocity").holds, expected.reciprocal);
+    // What does not hold is what is known of the model, not a surprise.
+    for (const Verdict& one : study.verdicts)
+        EXPECT_TRUE(one.holds || !one.expected) << one.name << ": " << one.words;
+}
+
+// "Physically-Based Materials: Energy Conservation and Reciprocity" (2020), its four materials.
+TEST(Furnace, FindsWhatTheArticleSaysOfTheFourCouplings) {
+    expect({R"({"kind":"furnace","coupling":"none"})", true, false, true});
+    expect({R"({"kind":"furnace","coupling":"half_vector"})", true, false, true});
+    expect({R"({"kind":"furnace","coupling":"view"})", true, true, false});
+    expect({R"({"kind":"furnace","coupling":"kelemen"})", true, true, true});
+}
+
+TEST(Furnace, KelemenIsWhiteAllOver) {
+    const Study study = study_of(R"({"kind":"furnace","coupling":"kelemen"})").study;
+    EXPECT_TRUE(verdict(study, "nothing is lost").holds);
+}
+
+TEST(Furnace, ModelsThatExceedOneAsPublishedAreReportedAsSuch) {
+    const std::string alone = R"("fresnel":{"model":"schlick","f0":0,"f90":0})";
+    for (const char* model : {"burley", "oren_nayar", "oren_nayar_full", "eon_unreal"}) {
+        const std::string document = R"({"kind":"furnace","sample_count":16384,)" + alone +
+                                     R"(,"coupling":"view","diffuse":{"model":")" + model + "\"}}";
+        SCOPED_TRACE(document);
+        const Study study = study_of(document).study;
+        EXPECT_FALSE(verdict(study, "energy conservation").holds);
+        EXPECT_FALSE(verdict(study, "energy conservation").expected);
+        EXPECT_GT(verdict(study, "energy conservation").value.value(), 1.005);
+    }
+    expect({R"({"kind":"furnace","diffuse":{"model":"none"},)"
+            R"("microfacet":{"distribution":"charlie","masking":"neubelt"},)"
+            R"("fresnel":{"model":"none"}})",
+            true, false, true});
+}
+
+TEST(Furnace, CompensationByKullaContyLosesNothingAndStaysReciprocal) {
+    const std::string metal = R"({"kind":"furnace","diffuse":{"model":"none"},)"
+                              R"("fresnel":{"model":"none"})";
+    const Study bare = study_of(metal + "}").study;
+    EXPECT_FALSE(verdict(bare, "nothing is lost").holds);
+    // E(1) = 1 - ln 2 at alpha = 1, the darkest place (facts of the closed form).
+    EXPECT_NEAR(verdict(bare, "nothing is lost").value.value(), 0.3069, 0.005);
+    const Study whole = study_of(metal + R"(,"multiscatter":"kulla_conty"})").study;
+    EXPECT_TRUE(verdict(whole, "nothing is lost").holds);
+    EXPECT_TRUE(verdict(whole, "energy conservation").holds);
+    EXPECT_TRUE(verdict(whole, "reciprocity").holds);
+    const Study turquin = study_of(metal + R"(,"multiscatter":"turquin"})").study;
+    EXPECT_FALSE(verdict(turquin, "reciprocity").holds);
+    EXPECT_FALSE(verdict(turquin, "reciprocity").expected);
+}
+
+// F82's formula is negative above VoH = 1/7 for a low f82 (facts of the model).
+TEST(Furnace, NegativeReflectanceIsFound) {
+    const Study study = study_of(R"({"kind":"furnace","diffuse":{"model":"none"},)"
+                                 R"("fresnel":{"model":"f82_tint","f0":0.04,"f82":0}})")
+                            .study;
+    EXPECT_FALSE(verdict(study, "positivity").holds);
+    EXPECT_FALSE(verdict(study, "positivity").expected);
+    EXPECT_LT(verdict(study, "positivity").value.value(), 0);
+}
+
+// The table beside a reference that shares no line: within five reported standard errors, of which
+// rounding in float may take 5e-6.
+TEST(Furnace, TableIsTheReferencesFurnace) {
+    const Study study =
+        study_of(R"({"kind":"furnace","coupling":"half_vector","sample_count":4096})").study;
+    const reference::Material material(
+        reference::Coupling::half_vector,
+        {{reference::Distribution::ggx, reference::Visibility::smith_correlated, 1},
+         reference::fresnel_schlick(0.04),
+         reference::Multiscatter::none},
+        {reference::DiffuseModel::lambert});
+    std::size_t compared = 0;
+    for (std::size_t row = 0; row < study.table.rows.size(); row += 7) {
+        if (number(study.table, row, "roughness") != 1) continue;
+        const double truth = material.total(number(study.table, row, "NoV"));
+        const double error = number(study.table, row, "standard_error");
+        EXPECT_NEAR(number(study.table, row, "total_albedo"), truth, 5 * error + 5e-6);
+        ++compared;
+    }
+    EXPECT_GE(compared, 8u);
+}
+
+TEST(Furnace, ColouredMaterialsHaveThreeColumnsAndColouredBalls) {
+    const Study study = study_of(R"({"kind":"furnace","diffuse":{"model":"none"},)"
+                                 R"("fresnel":{"model":"conductor","metal":"gold"}})")
+                            .study;
+    EXPECT_EQ(study.table.columns.size(), 8u);
+    const auto& ball = std::get<FurnaceBalls>(study.charts[0]).balls.front();
+    EXPECT_GT(ball.by_NoV.back()[0], ball.by_NoV.back()[2] + 0.3);  // gold is yellow
+}
+
+TEST(Furnace, CanBeCancelled) {
+    Engine engine = native_engine();
+    Control control;
+    control.cancelled = [] { return true; };
+    EXPECT_THROW(make_study(engine, parse_job(R"({"kind":"furnace"})"), control), Cancelled);
+}
+
+}  // namespace
+}  // namespace kiln
