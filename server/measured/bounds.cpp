@@ -17,6 +17,22 @@ Bounds measured_bounds() {
          "Sides, directions and spectra in one measured file."},
         {"measurement_remarks_max", kRemarksMax, "remarks",
          "Findings, warnings and things left out, of each kind, in the account of a file."},
+        {"measurement_axis_angles_max", kAxisAnglesMax, "angles", "On one axis of a text file."},
+        {"measurement_blocks_max", kBlocksMax, "blocks", "Of values in a text file."},
+        {"measurement_patches_max", kPatchesMax, "patches", "Of an angle basis in XML."},
+        {"measurement_preface_lines_max", kPrefaceLinesMax, "lines",
+         "Before the line of a text file that names its columns."},
+        {"measurement_tensor_fields_max", kTensorFieldsMax, "fields", "Of a tensor file."},
+        {"measurement_tensor_name_bytes_max", kTensorNameBytesMax, "B", "Name of such a field."},
+        {"measurement_tensor_dimensions_max", kTensorDimensionsMax, "dimensions",
+         "Of such a field."},
+        {"measurement_incidences_max", kIncidencesMax, "directions",
+         "Of light in one component of a file."},
+        {"measurement_surveyed_incidences_max", kSurveyedIncidencesMax, "directions",
+         "Of light that the account of a component lists."},
+        {"slice_count_max", kSliceCountMax, "slices", "Of one material in an image."},
+        {"atlas_materials_max", kAtlasMaterialsMax, "materials", "In one atlas."},
+        {"atlas_texels_max", kAtlasTexelsMax, "texels", "Of an image of slices."},
     };
 }
 

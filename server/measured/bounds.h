@@ -20,6 +20,19 @@ inline constexpr std::size_t kXmlTagsMax = 200000;
 inline constexpr std::size_t kComponentsMax = 64;
 /// Of findings, warnings and things left out, so that a hostile file cannot make a long account.
 inline constexpr std::size_t kRemarksMax = 64;
+/// Angles of one axis, and blocks of values, of a text file.
+inline constexpr std::size_t kAxisAnglesMax = 4096;
+inline constexpr std::size_t kBlocksMax = 4096;
+inline constexpr std::size_t kPatchesMax = 2048;     ///< of an angle basis in XML
+inline constexpr std::size_t kPrefaceLinesMax = 32;  ///< before a line of names
+inline constexpr std::size_t kTensorFieldsMax = 64, kTensorNameBytesMax = 64;
+inline constexpr std::size_t kTensorDimensionsMax = 8;
+/// Directions of light in one component, and those that an account lists.
+inline constexpr std::size_t kIncidencesMax = 2048;
+inline constexpr std::size_t kSurveyedIncidencesMax = 160;
+inline constexpr std::size_t kSliceCountMax = 64;
+inline constexpr std::size_t kAtlasMaterialsMax = 256;
+inline constexpr std::size_t kAtlasTexelsMax = std::size_t{64} << 20;
 
 /// Of the measured room.
 Bounds measured_bounds();

@@ -14,7 +14,6 @@
 namespace kiln::measured {
 namespace {
 
-constexpr std::size_t kPrefaceLinesMax = 32;
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 /// The angles by the names that instruments give them.

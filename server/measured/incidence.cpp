@@ -7,6 +7,7 @@
 #include <map>
 
 #include "server/base/error.h"
+#include "server/measured/bounds.h"
 
 namespace kiln::measured {
 namespace {

@@ -17,8 +17,6 @@ struct Incidence {
     std::vector<float> patch;  ///< projected solid angle in sr, or empty
 };
 
-inline constexpr std::size_t kIncidencesMax = 2048;
-
 /// The incidences of a component, by theta_i and then phi_i. Angles that agree within a
 /// thousandth of a degree are one. A table over half and difference angles is resampled at
 /// `theta_in` (degrees), trilinearly among its valid cells, on half vectors as dense as its own;

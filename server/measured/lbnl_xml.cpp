@@ -14,8 +14,6 @@
 namespace kiln::measured {
 namespace {
 
-constexpr std::size_t kPatchesMax = 2048;
-
 struct Patch {
     double theta = 0, phi = 0;  ///< degrees
     double solid = 0;           ///< projected, sr

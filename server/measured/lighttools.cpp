@@ -14,10 +14,8 @@
 namespace kiln::measured {
 namespace {
 
-constexpr std::size_t kAxisMax = 4096;
-constexpr std::size_t kBlocksMax = 4096;
 /// The goniometer of this name measures to 75 degrees and writes a grid to 90.
-constexpr double kMiniDiffThetaMax = 75;
+constexpr double kMiniDiffReach = 75;
 /// Noise below zero; what is lower was no measurement.
 constexpr double kNoiseMin = -1;
 /// Azimuth of the light in isotropic files of this format.
@@ -58,7 +56,7 @@ Header read_header(LineScanner& lines) {
         const bool azimuth = same_word(key, "ScatterAzimuth");
         if (azimuth || same_word(key, "ScatterRadial")) {
             auto& list = azimuth ? header.azimuth : header.radial;
-            list = read_list(lines, line, key, parse_number(value).value_or(0), kAxisMax);
+            list = read_list(lines, line, key, parse_number(value).value_or(0), kAxisAnglesMax);
             for (const double v : list)
                 if (v < (azimuth ? -360.0 : 0.0) || v > (azimuth ? 360.0 : 90.0))
                     fail_at(line, "an angle of " + in_words(v) + " in " + plain_text(key));
@@ -252,8 +250,7 @@ Reading read_lighttools(std::string_view bytes, const ReadOptions& options) {
     const Header header = read_header(lines);
     const std::vector<Block> blocks = read_blocks(lines, header);
     const bool minidiff = header.all_text.find("minidiff") != std::string::npos;
-    const double theta_max =
-        options.theta_out_max_deg.value_or(minidiff ? kMiniDiffThetaMax : 90.0);
+    const double theta_max = options.theta_out_max_deg.value_or(minidiff ? kMiniDiffReach : 90.0);
     std::map<std::tuple<bool, bool>, std::vector<const Block*>> groups;
     for (const Block& block : blocks)
         groups[{block.transmission, block.back || block.aoi > 90}].push_back(&block);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/base/error.h"
+#include "server/measured/bounds.h"
 
 namespace kiln::measured {
 namespace {

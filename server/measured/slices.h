@@ -18,10 +18,6 @@ struct SliceLayout {
     std::size_t gutter = 0;  ///< texels around each cell: phi_d goes on around, theta_d ends
 };
 
-inline constexpr std::size_t kSliceCountMax = 64;
-inline constexpr std::size_t kAtlasMaterialsMax = 256;
-inline constexpr std::size_t kAtlasTexelsMax = std::size_t{64} << 20;
-
 /// Where everything lies, in texels.
 struct SlicePlan {
     std::size_t width = 0, height = 0;            ///< of the image

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "server/measured/bounds.h"
+
 namespace kiln::measured {
 namespace {
 

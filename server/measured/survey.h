@@ -27,8 +27,6 @@ struct ComponentSurvey {
     ReciprocityError reciprocity;
 };
 
-inline constexpr std::size_t kSurveyedIncidencesMax = 160;
-
 ComponentSurvey survey(const Component& component);
 
 /// The account of a file as JSON text: format, title, findings, warnings, left_out, components.

@@ -4,26 +4,26 @@
 #include <array>
 #include <cmath>
 
+#include "server/measured/bounds.h"
 #include "server/measured/byte_scan.h"
 #include "server/measured/reader.h"
 
 namespace kiln::measured {
 namespace {
 
-constexpr std::uint32_t kFieldsMax = 64;
-constexpr std::uint16_t kNameMax = 64, kDimensionsMax = 8;
 /// Bytes of the types 1 to 11: u8 i8 u16 i16 u32 i32 u64 i64 f16 f32 f64.
 constexpr std::array<std::uint64_t, 12> kTypeBytes = {0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
 
 TensorField read_field(std::string_view bytes, std::uint64_t& at, std::string& name) {
     const auto length = load<std::uint16_t>(bytes, at);
-    if (length > kNameMax) fail_at_byte(at, "a name of " + std::to_string(length) + " bytes");
+    if (length > kTensorNameBytesMax)
+        fail_at_byte(at, "a name of " + std::to_string(length) + " bytes");
     at += 2;
     if (bytes.size() - at < length) fail_at_byte(at, "the file ends within a name");
     name = plain_text(bytes.substr(at, length));
     at += length;
     const auto dimensions = load<std::uint16_t>(bytes, at);
-    if (dimensions > kDimensionsMax)
+    if (dimensions > kTensorDimensionsMax)
         fail_at_byte(at, "a field of " + std::to_string(dimensions) + " dimensions");
     TensorField field;
     field.type = load<std::uint8_t>(bytes, at + 2);
@@ -56,7 +56,7 @@ std::map<std::string, TensorField> tensor_fields(std::string_view bytes) {
         fail_at_byte(
             12, "version " + std::to_string(major) + "." + std::to_string(minor) + ", 1.0 is read");
     const auto count = load<std::uint32_t>(bytes, 14);
-    if (count > kFieldsMax) fail_at_byte(14, std::to_string(count) + " fields");
+    if (count > kTensorFieldsMax) fail_at_byte(14, std::to_string(count) + " fields");
     std::uint64_t at = 18;
     std::map<std::string, TensorField> fields;
     for (std::uint32_t n = 0; n < count; ++n) {

@@ -11,8 +11,6 @@
 namespace kiln::measured {
 namespace {
 
-constexpr std::size_t kAxisMax = 4096;
-
 struct Header {
     bool plane_symmetrical = false, xyz = false, transmission = false;
     std::vector<double> rotation, incidence, azimuth, radial;
@@ -39,7 +37,7 @@ Header read_header(LineScanner& lines, Line& line) {
     while (lines.next(line)) {
         const auto [key, value] = keyed(line.text);
         const auto list = [&](std::vector<double>& into, double low, double high) {
-            into = read_list(lines, line, key, parse_number(value).value_or(0), kAxisMax);
+            into = read_list(lines, line, key, parse_number(value).value_or(0), kAxisAnglesMax);
             check_range(line, key, into, low, high);
         };
         if (same_word(key, "Symmetry")) {
