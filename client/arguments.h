@@ -19,6 +19,7 @@ struct Arguments {
     StudyOptions study;
     AdviseOptions advise;
     SceneOptions scene;
+    SliceOptions slices;
     ServerOptions server;
     std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;

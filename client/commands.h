@@ -7,6 +7,7 @@
 #include "client/failure.h"
 #include "client/terminal.h"
 #include "server/base/default_address.h"
+#include "server/measured/material.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln::client {
@@ -57,6 +58,16 @@ struct ServerOptions {
     bool json = false;
 };
 
+struct SliceOptions {
+    std::vector<std::string> files;  ///< a material each
+    std::string output;              ///< .exr or .png
+    std::string sidecar;             ///< JSON for a shader, or "" for none
+    std::vector<double> theta_in;    ///< degrees; empty = the usual ones
+    std::size_t width = 361, height = 181, gutter = 0;
+    measured::Extrapolation extrapolation;
+    bool json = false;
+};
+
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
@@ -75,6 +86,10 @@ Exit info(const std::string& path, bool json);
 /// channels.
 Exit diff(const std::string& a, const std::string& b, double max_error, bool json);
 Exit devices(bool json);
+/// What a measured file says, and what speaks for it. Exit::usage where no format fits.
+Exit measure_info(const std::string& path, bool json);
+/// Measured files into an image of slices; of several, an atlas.
+Exit measure_slices(const SliceOptions& options);
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);
 /// `id` may be the start of an id that fits one job alone.
 Exit cancel(const ServerOptions& options, const std::string& id);

@@ -92,6 +92,66 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return cancel(arguments.server, arguments.id); }; });
 }
 
+void add_slices(CLI::App& measure, Arguments& arguments) {
+    CLI::App& command = *measure.add_subcommand(
+        "slices", "Bake measured files into slices about the mirror direction, or an atlas");
+    SliceOptions& options = arguments.slices;
+    command.add_option("files", options.files, "a material each")->required()->type_name("FILE");
+    command.add_option("-o,--output", options.output, ".exr (half, with origins) or .png")
+        ->required()
+        ->type_name("FILE");
+    command.add_option("--sidecar", options.sidecar, "what a shader has to know, as JSON")
+        ->type_name("FILE");
+    command.add_option("--theta-in", options.theta_in, "degrees; else 0,20,40,60")
+        ->delimiter(',')
+        ->type_name("A,B,…");
+    command.add_option("--width", options.width, "of a slice; else 361")
+        ->check(CLI::Range(2, 4096).description(""));
+    command.add_option("--height", options.height, "of a slice; else 181")
+        ->check(CLI::Range(2, 4096).description(""));
+    command.add_option("--gutter", options.gutter, "texels around each cell; else 0")
+        ->check(CLI::Range(0, 64).description(""));
+    command
+        .add_option("--extrapolation-p", options.extrapolation.p,
+                    "what is left of f at the horizon beyond the measured angles; else 1: clamped")
+        ->type_name("P")
+        ->check(CLI::Range(0.0, 100.0).description(""));
+    command
+        .add_option("--extrapolation-l", options.extrapolation.l,
+                    "of the curve down to it, 0 to 1; else 0.3")
+        ->type_name("L")
+        ->check(CLI::Range(0.0, 1.0).description(""));
+    command.add_flag_callback(
+        "--clamp-theta-in",
+        [&options] { options.extrapolation.theta_in = measured::ThetaInBeyond::clamp; },
+        "beyond the last incidence repeat its lobe, instead of using reciprocity");
+    add_json(command, arguments);
+    command.footer(
+        "Example:\n  kiln measure slices a.bsdf b.bsdf -o atlas.exr --sidecar atlas.json "
+        "--gutter 1");
+    command.callback([&arguments, &options] {
+        arguments.run = [&arguments, &options] {
+            options.json = arguments.json;
+            return measure_slices(options);
+        };
+    });
+}
+
+void add_measure(CLI::App& app, Arguments& arguments) {
+    CLI::App& measure = *app.add_subcommand("measure", "Measured reflectance");
+    measure.require_subcommand(1);
+    CLI::App& info_command = *measure.add_subcommand("info", "Show what a measured file says");
+    info_command.add_option("file", arguments.file, "- for standard input")
+        ->required()
+        ->type_name("FILE");
+    add_json(info_command, arguments);
+    info_command.footer("Example:\n  kiln measure info paint.bsdf");
+    info_command.callback([&arguments] {
+        arguments.run = [&] { return measure_info(arguments.file, arguments.json); };
+    });
+    add_slices(measure, arguments);
+}
+
 /// The library would say that a command is missing, and of a wrong one no word.
 void expect_command(const CLI::App& app, int argc, char** argv) {
     if (argc < 2) return;
@@ -176,6 +236,7 @@ int parse_and_run(int argc, char** argv) {
     add_baking(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
+    add_measure(app, arguments);
     try {
         expect_command(app, argc, argv);
         app.parse(argc, argv);

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// `measure`: what looks at measured reflectance.
+#include <cstdio>
+
+#include "client/commands.h"
+#include "client/files.h"
+#include "client/terminal.h"
+#include "server/image/image.h"
+#include "server/measured/bounds.h"
+#include "server/measured/slices.h"
+#include "server/measured/survey.h"
+
+namespace kiln::client {
+
+namespace {
+
+using namespace measured;
+
+void print(const std::string& line) { std::printf("%s\n", printable(line).c_str()); }
+
+std::string percent(double share) { return format_number(100 * share) + " %"; }
+
+/// A table of incidences; of many, the first azimuth of each theta_in.
+void print_incidences(const ComponentSurvey& part) {
+    constexpr std::size_t kChannelsShown = 4;
+    std::vector<std::vector<std::string>> rows{{"theta_in", "phi_in", "points", "measured"}};
+    const std::size_t channels = std::min(part.channels.size(), kChannelsShown);
+    for (std::size_t c = 0; c < channels; ++c) rows[0].push_back("albedo " + part.channels[c]);
+    const IncidenceSurvey* last = nullptr;
+    for (const IncidenceSurvey& one : part.incidences) {
+        if (last && last->theta_i == one.theta_i) continue;
+        last = &one;
+        rows.push_back({format_number(one.theta_i), format_number(one.phi_i),
+                        std::to_string(one.points), percent(one.coverage)});
+        for (std::size_t c = 0; c < channels; ++c)
+            rows.back().push_back(one.coverage > 0 ? format_number(one.albedo[c]) : "-");
+    }
+    for (const std::string& line : columns(rows)) print("  " + line);
+}
+
+void print_component(const ComponentSurvey& part) {
+    print("");
+    print(part.name + ": " + std::to_string(part.points) + " points, " +
+          std::to_string(part.usable) + " usable (" + std::to_string(part.mirrored) +
+          " mirrored), " + std::to_string(part.not_measured) + " not measured, " +
+          std::to_string(part.below_horizon) + " below the horizon, " +
+          std::to_string(part.rejected) + " rejected");
+    print("  values " + format_number(part.value_min) + " to " + format_number(part.value_max) +
+          " 1/sr, theta_out to " + format_number(part.theta_out_max) + " degrees");
+    if (part.reciprocity.pairs > 0)
+        print("  f(i,o) and f(o,i) differ by " + percent(part.reciprocity.median) + " (median), " +
+              percent(part.reciprocity.p95) + " (95th percentile) in " +
+              std::to_string(part.reciprocity.pairs) + " pairs");
+    print_incidences(part);
+}
+
+Reading read_file(const std::string& path) {
+    const std::string bytes = read_input(path, kFileBytesMax);
+    try {
+        return read_measurement(bytes);
+    } catch (const Error& error) {
+        throw Failure(Exit::usage, error.code(), path + ": " + error.what());
+    }
+}
+
+SliceLayout layout_of(const SliceOptions& options) {
+    SliceLayout layout;
+    if (!options.theta_in.empty()) layout.theta_in = options.theta_in;
+    const auto wrong = [](const std::string& what) { return Failure(Exit::usage, "usage", what); };
+    if (layout.theta_in.size() > kSliceCountMax)
+        throw wrong("--theta-in: at most " + std::to_string(kSliceCountMax) + " angles");
+    for (std::size_t n = 0; n < layout.theta_in.size(); ++n)
+        if (!(layout.theta_in[n] >= 0 && layout.theta_in[n] <= 90) ||
+            (n > 0 && layout.theta_in[n] <= layout.theta_in[n - 1]))
+            throw wrong("--theta-in: give rising angles from 0 to 90 degrees");
+    if (options.files.size() > kAtlasMaterialsMax)
+        throw wrong("an atlas holds at most " + std::to_string(kAtlasMaterialsMax) + " materials");
+    layout.width = options.width;
+    layout.height = options.height;
+    layout.gutter = options.gutter;
+    return layout;
+}
+
+/// PNG holds no channel for where values come from.
+Encoded encode_slices(const SliceTable& made, const std::string& output) {
+    const std::string extension = extension_of(output);
+    if (extension == "exr")
+        return encode(made.table, ImageFormat::exr, PixelType::half, {{"kiln.layout", "slices"}});
+    if (extension != "png")
+        throw Failure(Exit::usage, "usage", "-o: name a file that ends in .exr or .png");
+    Table colours = made.table;
+    colours.channels.resize(3);
+    colours.planes.resize(3);
+    return encode(colours, ImageFormat::png, PixelType::uint16, {{"kiln.layout", "slices"}});
+}
+
+void tell_losses(const SliceTable& made, const std::vector<std::string>& names,
+                 const Encoded& encoded) {
+    for (std::size_t m = 0; m < names.size(); ++m)
+        for (const std::string& warning : made.accounts[m].warnings)
+            say("kiln: " + printable(names[m] + ": " + warning));
+    for (std::size_t c = 0; c < encoded.clamped.size(); ++c)
+        if (encoded.clamped[c] > 0)
+            say("kiln: " + std::to_string(encoded.clamped[c]) + " values of " +
+                made.table.channels[c] + " did not fit into the pixels and were clamped");
+}
+
+}  // namespace
+
+Exit measure_slices(const SliceOptions& options) {
+    const SliceLayout layout = layout_of(options);
+    plan_slices(layout, options.files.size());
+    check_output(options.output);
+    std::vector<Material> materials;
+    for (const std::string& path : options.files) {
+        Reading reading = read_file(path);
+        try {
+            materials.emplace_back(reading.components.front(), options.extrapolation,
+                                   reading.understood);
+        } catch (const Error& error) {
+            throw Failure(Exit::usage, error.code(), path + ": " + error.what());
+        }
+    }
+    std::vector<const Material*> all;
+    for (const Material& material : materials) all.push_back(&material);
+    const SliceTable made = make_slices(layout, all);
+    const Encoded encoded = encode_slices(made, options.output);
+    tell_losses(made, options.files, encoded);
+    write_output(options.output, encoded.bytes);
+    const std::string sidecar = sidecar_json(layout, made, options.files);
+    if (!options.sidecar.empty()) write_output(options.sidecar, sidecar);
+    if (options.json) std::printf("%s\n", sidecar.c_str());
+    return Exit::done;
+}
+
+Exit measure_info(const std::string& path, bool json) {
+    const Reading reading = read_file(path);
+    std::vector<ComponentSurvey> parts;
+    for (const Component& component : reading.components) parts.push_back(survey(component));
+    const Understood& account = reading.understood;
+    if (json) {
+        std::printf("%s\n", account_json(account, parts).c_str());
+        return Exit::done;
+    }
+    print(path + "  " + account.format + (account.title.empty() ? "" : "  " + account.title));
+    print("");
+    for (const Finding& finding : account.findings)
+        print(finding.what + ": " + finding.value + " (" + finding.evidence + ")");
+    for (const LeftOut& left : account.left_out) print("left out: " + left.what + ": " + left.why);
+    for (const std::string& warning : account.warnings) print("warning: " + warning);
+    for (const ComponentSurvey& part : parts) print_component(part);
+    print("");
+    print("Albedo is the integral of f cos(theta_out) over the measured part of the hemisphere.");
+    return Exit::done;
+}
+
+}  // namespace kiln::client

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "server/measured/hemisphere.h"
+#include "server/measured/reader.h"
+
+namespace kiln::measured {
+
+/// What happens beyond theta_in of the last measured incidence.
+enum class ThetaInBeyond {
+    clamp,        ///< the last lobe about the new mirror direction (Cezner 2024)
+    reciprocity,  ///< f(o, i) where that is measured; beyond, the last lobe at the level found
+                  ///< there
+};
+
+/// Seed of the method: L. Cezner 2024, "Utilizing Measured Reflectance for Real-time Rendering in
+/// Game Engines", equations 12 and 13.
+struct Extrapolation {
+    double p = 1;    ///< what is left of f at the horizon, 0 or more; 1 clamps
+    double l = 0.3;  ///< place of the Bezier curve's middle point (l, 1 - l), 0 … 1
+    ThetaInBeyond theta_in = ThetaInBeyond::reciprocity;
+};
+
+/// y at x of the quadratic Bezier curve (0,0), (l, 1-l), (1,1); x and l in [0, 1].
+double bezier(double x, double l);
+
+using Colour = std::array<double, 3>;
+
+/// An isotropic material as a function of any light and view, made of one component of a file.
+/// Values are linear sRGB or, of a file without colour, one value three times; colours outside
+/// sRGB are negative.
+class Material {
+  public:
+    /// Uses the first azimuth of each theta_in. Throws Error("unfit_measurement") if no incidence
+    /// has an area, and for channels that are neither R, G, B nor X, Y, Z nor wavelengths nor one.
+    Material(const Component& component, Extrapolation extrapolation, Understood& account);
+
+    /// f_r in 1/sr for light at theta_in degrees and azimuth 0. Views below the horizon get the
+    /// value at the horizon under the same azimuth, so that tables can be interpolated across it.
+    Colour value(double theta_in, Vec out, Origin& origin) const;
+
+    std::vector<double> theta_in() const;  ///< of the measured incidences, degrees
+    double theta_in_max() const { return lobes_.back().theta_i; }
+
+    struct Albedo {
+        Colour value{};
+        double extrapolated = 0;  ///< share of the green (or only) channel
+    };
+    /// Directional albedo: integral of max(0, f) cos(theta_o) over the whole hemisphere.
+    Albedo albedo(double theta_in) const;
+    /// 2 * integral of E(mu) mu d mu, the cosine-weighted mean of directional albedos.
+    Albedo average_albedo() const;
+
+  private:
+    struct Lobe {
+        double theta_i = 0;
+        Hemisphere hemisphere;
+        std::vector<double> reach;  ///< theta_o in degrees, one a degree of azimuth
+    };
+    Colour lobe_value(const Lobe& lobe, Vec out, Origin& origin) const;
+    /// Between measured incidences, or clamped to the last.
+    Colour aligned_value(double theta_in, Vec out, Origin& origin) const;
+    Colour beyond_value(double theta_in, Vec out, Origin& origin) const;
+    void find_levels();
+    double level(double theta_in) const;
+    Colour to_rgb(const double* values) const;
+
+    Extrapolation extrapolation_;
+    std::vector<std::string> channels_;
+    std::array<std::size_t, 3> pick_{};  ///< channel of R, G, B
+    bool xyz_ = false;
+    std::vector<Lobe> lobes_;
+    std::vector<double> levels_;  ///< of the last lobe, one a degree beyond theta_in_max()
+};
+
+}  // namespace kiln::measured

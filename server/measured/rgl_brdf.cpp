@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/measured/rgl_brdf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "server/measured/byte_scan.h"
+#include "server/measured/tensor_file.h"
+
+namespace kiln::measured {
+namespace {
+
+using Fields = std::map<std::string, TensorField>;
+
+const TensorField& field_of(const Fields& fields, const std::string& name,
+                            std::vector<std::uint64_t> shape) {
+    const auto found = fields.find(name);
+    if (found == fields.end())
+        throw Error("malformed_measurement", "byte 18: the field " + name + " is missing");
+    const TensorField& field = found->second;
+    bool fits = field.shape.size() == shape.size();
+    for (std::size_t d = 0; fits && d < shape.size(); ++d)  // 0 = any size from 2
+        fits = shape[d] == 0 ? field.shape[d] >= 2 : field.shape[d] == shape[d];
+    if (!fits) fail_at_byte(field.offset, "the field " + name + " has an unexpected shape");
+    return field;
+}
+
+NodeTable table_of(std::string_view bytes, const Fields& fields, const std::string& name,
+                   const std::vector<std::uint64_t>& shape) {
+    const TensorField& field = field_of(fields, name, shape);
+    NodeTable table;
+    table.width = field.shape.back();
+    table.height = field.shape[field.shape.size() - 2];
+    table.values = tensor_floats(bytes, name, field);
+    table.slices = table.values.size() / (table.width * table.height);
+    return table;
+}
+
+/// A place between nodes: index of the lower one and the share of the upper.
+struct Between {
+    std::size_t index = 0;
+    double share = 0;
+};
+Between between(double place, std::size_t nodes) {
+    const double at = std::clamp(place, 0.0, 1.0) * static_cast<double>(nodes - 1);
+    const std::size_t index = std::min(static_cast<std::size_t>(at), nodes - 2);
+    return {index, at - static_cast<double>(index)};
+}
+
+double bilinear(const NodeTable& table, std::size_t slice, double u, double v) {
+    const Between x = between(u, table.width), y = between(v, table.height);
+    const float* p = table.values.data() + (slice * table.height + y.index) * table.width + x.index;
+    const double low = (1 - x.share) * p[0] + x.share * p[1];
+    const double high = (1 - x.share) * p[table.width] + x.share * p[table.width + 1];
+    return (1 - y.share) * low + y.share * high;
+}
+
+double root_of_theta(double theta) { return std::sqrt(std::max(0.0, theta) / 90.0); }
+
+}  // namespace
+
+RglBrdf::RglBrdf(std::string_view bytes) {
+    load_tables(bytes);
+    build_distribution();
+}
+
+void RglBrdf::load_tables(std::string_view bytes) {
+    const Fields fields = tensor_fields(bytes);
+    if (!fields.contains("rgb") && fields.contains("spectra"))
+        throw Error("unreadable_measurement",
+                    "a spectral tensor file; read the rgb file of the same material");
+    const auto phi = fields.find("phi_i");
+    if (phi != fields.end() && phi->second.count > 2)
+        throw Error("unreadable_measurement",
+                    "an anisotropic tensor file (" + std::to_string(phi->second.count) +
+                        " azimuths of the light); isotropic ones are read");
+    const std::uint64_t azimuths = phi == fields.end() ? 1 : phi->second.count;
+    const TensorField& thetas = field_of(fields, "theta_i", {0});
+    for (const float theta : tensor_floats(bytes, "theta_i", thetas)) {
+        const double degrees = theta / kDegree;
+        if (!(degrees >= 0 && degrees <= 90.01) ||
+            (!theta_i_.empty() && degrees <= theta_i_.back()))
+            fail_at_byte(thetas.offset, "theta_i does not rise from 0 to 90 degrees");
+        theta_i_.push_back(degrees);
+    }
+    const std::uint64_t count = theta_i_.size();
+    ndf_ = table_of(bytes, fields, "ndf", {0, 0});
+    sigma_ = table_of(bytes, fields, "sigma", {0, 0});
+    vndf_ = table_of(bytes, fields, "vndf", {azimuths, count, 0, 0});
+    rgb_ = table_of(bytes, fields, "rgb", {azimuths, count, 3, 0, 0});
+    if (std::any_of(sigma_.values.begin(), sigma_.values.end(), [](float s) { return s <= 0; }))
+        fail_at_byte(fields.at("sigma").offset, "a projected area that is not positive");
+    if (const auto text = fields.find("description");
+        text != fields.end() && text->second.type == kTensorU8)
+        description_ = bytes.substr(text->second.offset, text->second.count);
+    if (const auto flag = fields.find("jacobian"); flag != fields.end())
+        jacobian_ = load<std::uint8_t>(bytes, flag->second.offset) != 0;
+    if (const auto mask = fields.find("valid");
+        mask != fields.end() && mask->second.type == kTensorU8 &&
+        mask->second.count >= (count * rgb_.width * rgb_.height + 7) / 8) {
+        const auto start = bytes.begin() + static_cast<std::ptrdiff_t>(mask->second.offset);
+        valid_.assign(start, start + static_cast<std::ptrdiff_t>(mask->second.count));
+    }
+    const std::size_t slice = 3 * rgb_.width * rgb_.height;
+    last_is_copy_ =
+        count >= 2 &&
+        std::equal(rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 1) * slice),
+                   rgb_.values.begin() + static_cast<std::ptrdiff_t>(count * slice),
+                   rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 2) * slice));
+}
+
+/// Marginal over rows and conditional within a row of piecewise linear densities, each slice of
+/// integral 1 over the unit square.
+void RglBrdf::build_distribution() {
+    const std::size_t width = vndf_.width, height = vndf_.height;
+    conditional_.assign(vndf_.values.size(), 0.0);
+    marginal_.assign(vndf_.slices * height, 0.0);
+    for (std::size_t s = 0; s < vndf_.slices; ++s) {
+        float* values = vndf_.values.data() + s * width * height;
+        double* conditional = conditional_.data() + s * width * height;
+        double* marginal = marginal_.data() + s * height;
+        const double cell = 1.0 / static_cast<double>((width - 1) * (height - 1));
+        for (std::size_t y = 0; y < height; ++y) {
+            for (std::size_t x = 0; x + 1 < width; ++x) {
+                const double a = values[y * width + x], b = values[y * width + x + 1];
+                if (a < 0 || b < 0)
+                    throw Error("malformed_measurement",
+                                "the field vndf holds a density below zero (slice " +
+                                    std::to_string(s) + ")");
+                conditional[y * width + x + 1] = conditional[y * width + x] + 0.5 * (a + b) * cell;
+            }
+            if (y > 0)
+                marginal[y] = marginal[y - 1] +
+                              0.5 * (conditional[y * width - 1] + conditional[(y + 1) * width - 1]);
+        }
+        const double total = marginal[height - 1];
+        if (!(total > 0))
+            throw Error("malformed_measurement", "the field vndf holds a slice without density");
+        for (std::size_t n = 0; n < width * height; ++n) {
+            values[n] = static_cast<float>(values[n] / total);
+            conditional[n] /= total;
+        }
+        for (std::size_t y = 0; y < height; ++y) marginal[y] /= total;
+    }
+}
+
+/// The sample that visible-normal sampling would have turned into the half vector at (u, v).
+RglBrdf::Place RglBrdf::warp(std::size_t slice, double weight, double u, double v) const {
+    const std::size_t width = vndf_.width, height = vndf_.height;
+    const std::size_t upper = std::min(slice + 1, vndf_.slices - 1);
+    const Between x = between(u, width), y = between(v, height);
+    const auto mixed = [&](const auto& values, std::size_t stride, std::size_t n) {
+        return (1 - weight) * values[slice * stride + n] + weight * values[upper * stride + n];
+    };
+    const std::size_t area = width * height, n = y.index * width + x.index;
+    const auto row_mixed = [&](const auto& values, std::size_t at) {
+        return (1 - y.share) * mixed(values, area, at) + y.share * mixed(values, area, at + width);
+    };
+    const double cell = 1.0 / static_cast<double>((width - 1) * (height - 1));
+    const double c0 = row_mixed(vndf_.values, n), c1 = row_mixed(vndf_.values, n + 1);
+    const double along =
+        row_mixed(conditional_, n) + x.share * (c0 + 0.5 * x.share * (c1 - c0)) * cell;
+    const std::size_t end = y.index * width + width - 1;
+    const double r0 = mixed(conditional_, area, end), r1 = mixed(conditional_, area, end + width);
+    const double row = (1 - y.share) * r0 + y.share * r1;
+    const double across =
+        mixed(marginal_, height, y.index) + y.share * (r0 + 0.5 * y.share * (r1 - r0));
+    return {row > 0 ? along / row : 0.0, across};
+}
+
+Vec RglBrdf::half_vector(double u, double v) { return direction(u * u * 90.0, 360.0 * v - 180.0); }
+
+std::array<double, 3> RglBrdf::value(double theta_i, Vec out) const {
+    const Vec in = direction(theta_i, 0);
+    Vec half = in + out;
+    const double length = std::sqrt(dot(half, half));
+    if (out.z <= 0 || length < 1e-9) return {0, 0, 0};
+    const double u = root_of_theta(theta_of(half)), turn = (phi_of(half) + 180.0) / 360.0;
+    const double v = turn - std::floor(turn);
+    const auto above = std::upper_bound(theta_i_.begin(), theta_i_.end(), theta_i);
+    const std::size_t slice =
+        above == theta_i_.begin() ? 0 : static_cast<std::size_t>(above - theta_i_.begin()) - 1;
+    double weight = 0;
+    if (slice + 1 < theta_i_.size())
+        weight =
+            std::max(0.0, (theta_i - theta_i_[slice]) / (theta_i_[slice + 1] - theta_i_[slice]));
+    const std::size_t upper = std::min(slice + 1, theta_i_.size() - 1);
+    const Place s = warp(slice, weight, u, v);
+    double scale = 1;
+    if (jacobian_)
+        scale = bilinear(ndf_, 0, u, v) / (4 * bilinear(sigma_, 0, root_of_theta(theta_i), 0.5));
+    std::array<double, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c)
+        result[c] = scale * ((1 - weight) * bilinear(rgb_, 3 * slice + c, s.u, s.v) +
+                             weight * bilinear(rgb_, 3 * upper + c, s.u, s.v));
+    return result;
+}
+
+std::array<double, 2> RglBrdf::valid_share() const {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    if (valid_.empty()) return {kNone, kNone};
+    constexpr std::size_t kSide = 48;
+    std::array<double, 2> set{}, all{};
+    for (std::size_t slice = 0; slice < theta_i_.size(); ++slice)
+        for (std::size_t n = 0; n < kSide * kSide; ++n) {
+            const double u = (static_cast<double>(n % kSide) + 0.5) / kSide;
+            const double v = (static_cast<double>(n / kSide) + 0.5) / kSide;
+            const Vec in = direction(theta_i_[slice], 0), half = half_vector(u, v);
+            const bool above = (2 * dot(in, half) * half - in).z > 0;
+            const Place s = warp(slice, 0, u, v);
+            const auto node = [](double place, std::size_t nodes) {
+                return static_cast<std::size_t>(
+                    std::lround(std::clamp(place, 0.0, 1.0) * static_cast<double>(nodes - 1)));
+            };
+            const std::size_t bit =
+                (slice * rgb_.height + node(s.v, rgb_.height)) * rgb_.width + node(s.u, rgb_.width);
+            all[above ? 0 : 1] += 1;
+            set[above ? 0 : 1] += valid_[bit / 8] >> (7 - bit % 8) & 1;
+        }
+    return {all[0] > 0 ? set[0] / all[0] : kNone, all[1] > 0 ? set[1] / all[1] : kNone};
+}
+
+}  // namespace kiln::measured

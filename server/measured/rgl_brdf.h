@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "server/measured/angles.h"
+
+namespace kiln::measured {
+
+/// A table over [0, 1]^2, bilinear between nodes, one for each incidence.
+struct NodeTable {
+    std::size_t width = 0, height = 0, slices = 0;
+    std::vector<float> values;  ///< [slice][y][x]
+};
+
+/// An isotropic material of the RGL database (Dupuy and Jakob 2018, "An adaptive parameterization
+/// for efficient material acquisition and rendering"), evaluated as its authors define it.
+class RglBrdf {
+  public:
+    /// Throws Error("malformed_measurement", "byte N: …"); Error("unreadable_measurement") for an
+    /// anisotropic or a spectral file.
+    explicit RglBrdf(std::string_view bytes);
+
+    /// The stored quantity, f_r cos theta_o in 1/sr, for light at theta_i degrees and azimuth 0.
+    /// Negative values (colours outside sRGB) are given as they are.
+    std::array<double, 3> value(double theta_i, Vec out) const;
+
+    /// Light angles of the slices in degrees, rising.
+    const std::vector<double>& theta_i() const { return theta_i_; }
+    /// Whether the last slice repeats the one before it: then nothing was measured there.
+    bool last_is_copy() const { return last_is_copy_; }
+    const NodeTable& visible_normals() const { return vndf_; }
+    std::string_view description() const { return description_; }
+
+    /// Half vector in degrees at a place of the unit square, light at azimuth 0.
+    static Vec half_vector(double u, double v);
+    /// Share of the places on a grid of half vectors whose `valid` bit is set, above the horizon
+    /// and below. NaN where the file has no such field.
+    std::array<double, 2> valid_share() const;
+
+  private:
+    void load_tables(std::string_view bytes);
+    void build_distribution();
+    struct Place {
+        double u = 0, v = 0;  ///< on the unit square
+    };
+    Place warp(std::size_t slice, double weight, double u, double v) const;
+
+    std::vector<double> theta_i_;
+    bool last_is_copy_ = false;
+    bool jacobian_ = true;
+    NodeTable vndf_, rgb_, ndf_, sigma_;  ///< rgb has three slices an incidence
+    std::vector<double> conditional_, marginal_;
+    std::vector<unsigned char> valid_;
+    std::string_view description_;
+};
+
+}  // namespace kiln::measured

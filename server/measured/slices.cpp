@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/measured/slices.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/base/error.h"
+#include "server/measured/bounds.h"
+
+namespace kiln::measured {
+namespace {
+
+constexpr float kBelowHorizon = 3;
+
+std::size_t columns_for(std::size_t count) {
+    std::size_t columns = 1;
+    while (columns * columns < count) ++columns;
+    return columns;
+}
+
+/// The view of a texel; columns beyond a whole turn and rows beyond a pole are those of a gutter.
+Vec view_of(const SliceLayout& layout, double theta_in, double column, double row) {
+    const double phi = 360.0 * column / static_cast<double>(layout.width - 1);
+    const double theta =
+        std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
+    const Vec d = direction(theta, phi);
+    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
+    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};  // Cezner 2024, equation 15
+}
+
+/// One slice of one material with its gutter.
+void fill_cell(const SliceLayout& layout, const Material& material, double theta_in,
+               SlicePlan::Place at, SliceTable& made, SliceAccount& account,
+               std::array<std::size_t, 4>& origins) {
+    const auto gutter = static_cast<std::ptrdiff_t>(layout.gutter);
+    const auto width = static_cast<std::ptrdiff_t>(layout.width);
+    const auto height = static_cast<std::ptrdiff_t>(layout.height);
+    for (std::ptrdiff_t row = -gutter; row < height + gutter; ++row)
+        for (std::ptrdiff_t column = -gutter; column < width + gutter; ++column) {
+            const Vec out =
+                view_of(layout, theta_in, static_cast<double>(column), static_cast<double>(row));
+            Origin origin{};
+            const Colour f = material.value(theta_in, out, origin);
+            const std::size_t n =
+                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.y) + row) *
+                    made.plan.width +
+                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.x) + column);
+            const bool inside = row >= 0 && row < height && column >= 0 && column < width;
+            for (std::size_t k = 0; k < 3; ++k) {
+                made.table.planes[k][n] = static_cast<float>(std::max(0.0, f[k]));
+                account.negative += inside && f[k] < 0;
+            }
+            made.table.planes[3][n] = out.z < 0 ? kBelowHorizon : static_cast<float>(origin);
+            if (inside) ++origins[out.z < 0 ? 3 : static_cast<std::size_t>(origin)];
+        }
+}
+
+void fill_account(const SliceLayout& layout, const Material& material,
+                  const std::array<std::size_t, 4>& origins, SliceAccount& account) {
+    const auto above = static_cast<double>(origins[0] + origins[1] + origins[2]);
+    account.measured = static_cast<double>(origins[0]) / above;
+    account.interpolated = static_cast<double>(origins[1]) / above;
+    account.extrapolated = static_cast<double>(origins[2]) / above;
+    for (const double theta_in : layout.theta_in) {
+        account.albedo.push_back(material.albedo(theta_in));
+        const Colour& e = account.albedo.back().value;
+        if (*std::max_element(e.begin(), e.end()) > 1)
+            account.warnings.push_back("the albedo at theta_in = " + in_words(theta_in) + " is " +
+                                       in_words(*std::max_element(e.begin(), e.end())) +
+                                       ": more light leaves than came");
+        if (theta_in > material.theta_in_max() + 1e-6)
+            account.warnings.push_back("theta_in = " + in_words(theta_in) +
+                                       " lies beyond the last measured incidence, " +
+                                       in_words(material.theta_in_max()));
+    }
+    account.average = material.average_albedo();
+}
+
+}  // namespace
+
+SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count) {
+    SlicePlan plan;
+    plan.cell_width = layout.width + 2 * layout.gutter;
+    plan.cell_height = layout.height + 2 * layout.gutter;
+    plan.slice_columns = columns_for(layout.theta_in.size());
+    plan.cell_columns = columns_for(material_count);
+    plan.cell_rows = (material_count + plan.cell_columns - 1) / plan.cell_columns;
+    const std::size_t slice_rows =
+        (layout.theta_in.size() + plan.slice_columns - 1) / plan.slice_columns;
+    plan.width = plan.slice_columns * plan.cell_columns * plan.cell_width;
+    plan.height = slice_rows * plan.cell_rows * plan.cell_height;
+    if (plan.width * plan.height > kAtlasTexelsMax)
+        throw Error("too_large", "the image would have " + std::to_string(plan.width) + " x " +
+                                     std::to_string(plan.height) + " texels, at most " +
+                                     std::to_string(kAtlasTexelsMax) + " are made");
+    return plan;
+}
+
+SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
+                                  std::size_t material) const {
+    const std::size_t column = slice % slice_columns * cell_columns + material % cell_columns;
+    const std::size_t row = slice / slice_columns * cell_rows + material / cell_columns;
+    return {column * cell_width + layout.gutter, row * cell_height + layout.gutter};
+}
+
+SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials) {
+    SliceTable made;
+    made.plan = plan_slices(layout, materials.size());
+    made.table.width = made.plan.width;
+    made.table.height = made.plan.height;
+    made.table.channels = {"R", "G", "B", "origin"};
+    made.table.planes.assign(4, std::vector<float>(made.plan.width * made.plan.height));
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        SliceAccount account;
+        std::array<std::size_t, 4> origins{};
+        for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
+            fill_cell(layout, *materials[m], layout.theta_in[s], made.plan.place(layout, s, m),
+                      made, account, origins);
+        fill_account(layout, *materials[m], origins, account);
+        made.accounts.push_back(std::move(account));
+    }
+    return made;
+}
+
+Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+               double theta_in, Vec out) {
+    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
+    const Vec d = {-c * out.x - s * out.z, -out.y, -s * out.x + c * out.z};
+    const double x = wrapped_degrees(phi_of(d)) / 360 * static_cast<double>(layout.width - 1);
+    const double y = theta_of(d) / 180 * static_cast<double>(layout.height - 1);
+    const auto& angles = layout.theta_in;
+    const auto above = std::upper_bound(angles.begin(), angles.end(), theta_in);
+    const std::size_t low =
+        above == angles.begin() ? 0 : static_cast<std::size_t>(above - angles.begin()) - 1;
+    const std::size_t high = std::min(low + 1, angles.size() - 1);
+    const double w =
+        high > low ? std::clamp((theta_in - angles[low]) / (angles[high] - angles[low]), 0.0, 1.0)
+                   : 0.0;
+    const auto column = std::min(static_cast<std::size_t>(x), layout.width - 2);
+    const auto row = std::min(static_cast<std::size_t>(y), layout.height - 2);
+    const double u = x - static_cast<double>(column), v = y - static_cast<double>(row);
+    Colour result{};
+    for (const auto& [slice, share] : {std::pair(low, 1 - w), std::pair(high, w)}) {
+        const SlicePlan::Place at = made.plan.place(layout, slice, material);
+        const std::size_t n = (at.y + row) * made.plan.width + at.x + column;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::vector<float>& plane = made.table.planes[k];
+            result[k] +=
+                share *
+                ((1 - v) * ((1 - u) * plane[n] + u * plane[n + 1]) +
+                 v * ((1 - u) * plane[n + made.plan.width] + u * plane[n + made.plan.width + 1]));
+        }
+    }
+    return result;
+}
+
+std::uint32_t to_rgb9e5(const Colour& c) {
+    constexpr double kMost = 65408;  // (2^9 - 1) / 2^9 * 2^16
+    std::array<double, 3> held{};
+    for (std::size_t k = 0; k < 3; ++k) held[k] = c[k] > 0 ? std::min(c[k], kMost) : 0.0;
+    const double most = *std::max_element(held.begin(), held.end());
+    int exponent = most > 0 ? std::max(-16, static_cast<int>(std::floor(std::log2(most)))) + 16 : 0;
+    // Rounding may carry the largest mantissa to 2^9: one exponent up.
+    if (std::floor(std::ldexp(most, 24 - exponent) + 0.5) >= 512) ++exponent;
+    std::uint32_t bits = static_cast<std::uint32_t>(exponent) << 27;
+    for (std::size_t k = 0; k < 3; ++k)
+        bits |= static_cast<std::uint32_t>(std::floor(std::ldexp(held[k], 24 - exponent) + 0.5))
+                << (9 * k);
+    return bits;
+}
+
+Colour from_rgb9e5(std::uint32_t bits) {
+    const int exponent = static_cast<int>(bits >> 27);
+    Colour c{};
+    for (std::size_t k = 0; k < 3; ++k)
+        c[k] = std::ldexp(static_cast<double>(bits >> (9 * k) & 511), exponent - 24);
+    return c;
+}
+
+}  // namespace kiln::measured

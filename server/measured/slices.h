@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "server/compute/table.h"
+#include "server/measured/material.h"
+
+namespace kiln::measured {
+
+/// How materials become one image. A slice is a latitude-longitude map about the mirror direction
+/// of one theta_in: column c is phi_d = 360 c / (width - 1), row r is theta_d = 180 r / (height -
+/// 1) degrees. Slices follow each other in rows, theta_in rising; in an atlas each slice is a grid
+/// of cells, one a material, in rows.
+struct SliceLayout {
+    std::vector<double> theta_in{0, 20, 40, 60};  ///< degrees, rising
+    std::size_t width = 361, height = 181;
+    std::size_t gutter = 0;  ///< texels around each cell: phi_d goes on around, theta_d ends
+};
+
+/// Where everything lies, in texels.
+struct SlicePlan {
+    std::size_t width = 0, height = 0;            ///< of the image
+    std::size_t cell_width = 0, cell_height = 0;  ///< of a slice of one material with its gutter
+    std::size_t slice_columns = 0, cell_columns = 0, cell_rows = 0;
+    struct Place {
+        std::size_t x = 0, y = 0;  ///< of the first texel inside the gutter
+    };
+    Place place(const SliceLayout& layout, std::size_t slice, std::size_t material) const;
+};
+/// Throws Error("too_large") for an image of more than kAtlasTexelsMax texels.
+SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count);
+
+/// What a table lost and where its values come from, for one material.
+struct SliceAccount {
+    double measured = 0, interpolated = 0,
+           extrapolated = 0;               ///< shares of texels above the horizon
+    std::size_t negative = 0;              ///< values that were raised to 0
+    std::vector<Material::Albedo> albedo;  ///< one a theta_in
+    Material::Albedo average;
+    std::vector<std::string> warnings;
+};
+
+struct SliceTable {
+    SlicePlan plan;
+    Table table;  ///< channels R, G, B and origin (Origin's numbers, 3 below the horizon)
+    std::vector<SliceAccount> accounts;  ///< one a material
+};
+SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials);
+
+/// What a shader has to know, as JSON text: sizes, angles, places, and the formulas with their half
+/// texels.
+std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
+                         const std::vector<std::string>& names);
+
+/// What a shader finds in the image: trilinear among slices, clamped in theta_in.
+Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+               double theta_in, Vec out);
+
+/// RGB9_E5 as Khronos (EXT_texture_shared_exponent) defines it: three mantissas of nine bits and an
+/// exponent. Negative values and NaN become 0; what is larger than 65408 becomes that.
+std::uint32_t to_rgb9e5(const Colour& c);
+Colour from_rgb9e5(std::uint32_t bits);
+
+}  // namespace kiln::measured

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`kiln measure`: what a file says, and the image that is made of it."""
+import json
+import math
+import unittest
+
+from kiln_cli import KilnTest
+
+RHO = 0.6
+
+
+def lambertian():
+    """A grid of constant values: f = RHO / pi under two incidences."""
+    lines = ["theta_in,phi_in,theta_out,phi_out,r,g,b"]
+    for theta_in in (0, 60):
+        for theta_out in range(0, 90, 5):
+            for phi_out in range(0, 360, 15):
+                value = RHO / math.pi
+                lines.append(f"{theta_in},0,{theta_out},{phi_out},{value},{value / 2},{value / 4}")
+    return "\n".join(lines) + "\n"
+
+
+class Measure(KilnTest):
+    def test_info_says_what_the_file_says(self):
+        self.write("paint.csv", lambertian())
+        stdout, stderr = self.kiln("measure", "info", "paint.csv")
+        self.assertEqual(stderr, "")
+        for words in ("paint.csv  csv", "convention: f (", "reflection front: 864 points", "albedo R"):
+            self.assertIn(words, stdout.decode())
+
+    def test_info_as_json_holds_the_albedo(self):
+        self.write("paint.csv", lambertian())
+        account = json.loads(self.kiln("measure", "info", "paint.csv", "--json")[0])
+        part = account["components"][0]
+        self.assertEqual([one["theta_in_deg"] for one in part["incidences"]], [0, 60])
+        for one in part["incidences"]:
+            # A constant is integrated exactly over what was measured, in floats.
+            self.assertAlmostEqual(one["albedo"][0], RHO * one["coverage"], delta=1e-6)
+            self.assertAlmostEqual(one["albedo"][2], RHO / 4 * one["coverage"], delta=1e-6)
+            # The 24-gon inside the circle of sin 85.
+            polygon = 12 / math.pi * math.sin(math.pi / 12) * math.sin(math.radians(85)) ** 2
+            self.assertAlmostEqual(one["coverage"], polygon, delta=1e-5)
+        self.assertLess(part["reciprocity"]["p95"], 1e-6)
+
+    def test_a_wrong_file_is_refused_with_its_line(self):
+        self.write("paint.csv", lambertian() + "1,2,x\n")
+        _, stderr = self.kiln("measure", "info", "paint.csv", exit_status=2)
+        self.assertIn("line 866: field 3, \"x\", is no finite number", stderr)
+        self.write("noise.bin", b"\x00\x01\x02" * 50)
+        _, stderr = self.kiln("measure", "info", "noise.bin", exit_status=2)
+        self.assertIn("no format that is read", stderr)
+
+    def test_slices_of_two_materials_are_an_atlas(self):
+        self.write("paint.csv", lambertian())
+        stdout, _ = self.kiln("measure", "slices", "paint.csv", "paint.csv", "-o", "atlas.exr",
+                              "--sidecar", "atlas.json", "--width", "37", "--height", "19",
+                              "--gutter", "1", "--theta-in", "0,30,60")
+        self.assertEqual(stdout, b"")
+        sidecar = json.loads(self.read("atlas.json"))
+        # Three slices in rows of two, two cells in each, and a gutter around every cell.
+        self.assertEqual(sidecar["image"], {"width": 2 * 2 * 39, "height": 2 * 1 * 21})
+        self.assertEqual([m["name"] for m in sidecar["materials"]], ["paint.csv", "paint.csv"])
+        for material in sidecar["materials"]:
+            texels = material["texels"]
+            shares = [texels[k] for k in
+                      ("measured_share", "interpolated_share", "extrapolated_share")]
+            self.assertAlmostEqual(sum(shares), 1, delta=1e-9)
+            for one in material["slices"]:
+                # The quadrature's own error: the horizon cuts rings of a degree.
+                self.assertAlmostEqual(one["directional_albedo"]["rgb"][0], RHO, delta=0.005)
+        info = json.loads(self.kiln("info", "atlas.exr", "--json")[0])
+        self.assertEqual([c["name"] for c in info["channels"]], ["R", "G", "B", "A"])
+
+    def test_wrong_arguments_are_told(self):
+        self.write("paint.csv", lambertian())
+        for arguments in (["--theta-in", "60,30"], ["--theta-in", "95"]):
+            _, stderr = self.kiln("measure", "slices", "paint.csv", "-o", "a.exr", *arguments,
+                                  exit_status=2)
+            self.assertIn("rising angles from 0 to 90", stderr)
+        _, stderr = self.kiln("measure", "slices", "paint.csv", "-o", "a.tif", exit_status=2)
+        self.assertIn(".exr or .png", stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deterministic mutations of a small valid file of each format, given to the reader from memory
+// that ends at a page nobody may read.
+//   fuzz_readers --runs 1000000 [--reader NAME] [--seed N]
+// A run passes if the file is read or refused by kiln::Error. Equal arguments give equal runs, so
+// a failure is repeated by its printed reader and seed.
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <stdexcept>
+
+#include "server/base/error.h"
+#include "server/measured/survey.h"
+#include "tests/measured/synthetic.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define KILN_SANITIZED 1
+#else
+#define KILN_SANITIZED 0
+#endif
+
+namespace kiln {
+namespace {
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+class Random {
+  public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t next() {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15);
+        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
+        z = (z ^ z >> 27) * 0x94d049bb133111eb;
+        return z ^ z >> 31;
+    }
+    std::size_t below(std::size_t count) { return count == 0 ? 0 : next() % count; }
+
+  private:
+    std::uint64_t state_;
+};
+
+/// Bytes whose end is the end of what may be read.
+class Guarded {
+  public:
+    Guarded() : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
+        memory_ = static_cast<char*>(mmap(nullptr, kRoom + page_, PROT_READ | PROT_WRITE,
+                                          MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+        if (memory_ == MAP_FAILED || mprotect(memory_ + kRoom, page_, PROT_NONE) != 0)
+            throw std::runtime_error("mmap");
+    }
+    ~Guarded() { munmap(memory_, kRoom + page_); }
+    Guarded(const Guarded&) = delete;
+    Guarded& operator=(const Guarded&) = delete;
+    std::string_view hold(std::string_view bytes) {
+        const std::size_t size = std::min(bytes.size(), kRoom);
+        char* start = memory_ + kRoom - size;
+        std::memcpy(start, bytes.data(), size);
+        return {start, size};
+    }
+
+  private:
+    static constexpr std::size_t kRoom = std::size_t{1} << 20;
+    std::size_t page_;
+    char* memory_;
+};
+
+constexpr const char* kWords[] = {"-1",     "0",           "1e308", "nan",
+                                  "inf",    "4294967296",  "-",     "\t",
+                                  ",",      "\r",          "\n\n",  "1e-400",
+                                  "91",     "#",           "\"",    "{",
+                                  "<",      "&#0;",        ";",     "999999999999999999999",
+                                  "]",      "TIS",         "AOI 5", "DataBegin",
+                                  "VARS a", "\xef\xbb\xbf"};
+constexpr std::uint64_t kIntegers[] = {0,
+                                       1,
+                                       2,
+                                       0x7fffffff,
+                                       0x80000000,
+                                       0xffffffff,
+                                       0x7fffffffffffffff,
+                                       0x8000000000000000,
+                                       0xffffffffffffffff};
+
+void mutate(std::string& bytes, Random& random) {
+    const std::size_t at = random.below(bytes.size() + 1);
+    switch (random.below(8)) {
+        case 0:
+            if (at < bytes.size())
+                bytes[at] = static_cast<char>(bytes[at] ^ (1 << random.below(8)));
+            break;
+        case 1:
+            if (at < bytes.size()) bytes[at] = static_cast<char>(random.next());
+            break;
+        case 2:
+            bytes.resize(at);
+            break;
+        case 3:
+            bytes.erase(at, random.below(16));
+            break;
+        case 4:
+            bytes.insert(at, bytes.substr(random.below(bytes.size() + 1), random.below(64)));
+            break;
+        case 5:
+            bytes.insert(at, kWords[random.below(std::size(kWords))]);
+            break;
+        case 6: {
+            const std::string word = kWords[random.below(std::size(kWords))];
+            bytes.replace(at, std::min(word.size(), bytes.size() - at), word);
+            break;
+        }
+        default: {
+            const std::uint64_t value = kIntegers[random.below(std::size(kIntegers))];
+            const std::size_t size =
+                std::min<std::size_t>(random.below(2) == 0 ? 4 : 8, bytes.size() - at);
+            std::memcpy(bytes.data() + at, &value, size);
+        }
+    }
+}
+
+struct Tally {
+    std::uint64_t read = 0;
+    std::map<std::string, std::uint64_t> refused;
+};
+
+/// Largest cloud that is looked at as well as read.
+constexpr std::size_t kSurveyPointsMax = 3000;
+
+void run(const measured::Reader& reader, std::string_view bytes, Tally& tally) {
+    try {
+        // Straight into the reader, so that no mutation of the magic hides it; and the whole way.
+        const measured::Reading direct = reader.read(bytes, {});
+        const measured::Reading reading = measured::read_measurement(bytes);
+        std::vector<measured::ComponentSurvey> parts;
+        for (const measured::Component& part : reading.components)
+            if (part.cloud.size() <= kSurveyPointsMax) parts.push_back(measured::survey(part));
+        if (measured::account_json(reading.understood, parts).empty()) std::abort();
+        ++tally.read;
+    } catch (const Error& error) {
+        ++tally.refused[error.code()];
+    }
+}
+
+void limit_memory() {
+    if (KILN_SANITIZED) return;
+    const rlimit limit{std::size_t{1} << 30, std::size_t{1} << 30};
+    setrlimit(RLIMIT_AS, &limit);
+}
+
+int fuzz(std::string_view only, std::uint64_t runs, std::uint64_t seed) {
+    limit_memory();
+    Guarded guarded;
+    bool any = false;
+    for (const measured::Reader& reader : measured::readers()) {
+        if (!only.empty() && only != reader.name) continue;
+        any = true;
+        const std::string start = synthetic::small_file(reader.name);
+        Tally tally;
+        for (std::uint64_t n = 0; n < runs; ++n) {
+            Random random(seed + n);
+            std::string bytes = start;
+            const std::size_t count = 1 + random.below(6);
+            for (std::size_t k = 0; k < count; ++k) mutate(bytes, random);
+            try {
+                run(reader, guarded.hold(bytes), tally);
+            } catch (const std::exception& problem) {
+                std::printf("%s: seed %llu: %s\n", reader.name.data(),
+                            static_cast<unsigned long long>(seed + n), problem.what());
+                return 1;
+            }
+        }
+        std::printf("%-10s %llu runs, %llu read", reader.name.data(),
+                    static_cast<unsigned long long>(runs),
+                    static_cast<unsigned long long>(tally.read));
+        for (const auto& [code, count] : tally.refused)
+            std::printf(", %llu %s", static_cast<unsigned long long>(count), code.c_str());
+        std::printf("\n");
+        std::fflush(stdout);
+    }
+    return any ? 0 : 2;
+}
+
+}  // namespace
+}  // namespace kiln
+
+int main(int count, char** arguments) {
+    std::string_view only;
+    std::uint64_t runs = 3000, seed = 0;
+    for (int n = 1; n + 1 < count; n += 2) {
+        const std::string_view key = arguments[n];
+        if (key == "--reader") only = arguments[n + 1];
+        if (key == "--runs") runs = std::strtoull(arguments[n + 1], nullptr, 10);
+        if (key == "--seed") seed = std::strtoull(arguments[n + 1], nullptr, 10);
+    }
+    return kiln::fuzz(only, runs, seed);
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// Measured files of materials whose reflectance is known, written by rules that share nothing
+/// with the readers but the formats.
+namespace kiln::synthetic {
+
+/// f_r in 1/sr, R, G, B, from the cosines that an isotropic model needs.
+struct Cosines {
+    double NoL = 0, NoV = 0, NoH = 0, VoH = 0;
+};
+using Material = std::function<std::array<double, 3>(const Cosines&)>;
+
+Material lambert(std::array<double, 3> albedo);
+/// GGX with Smith's height-correlated masking and Schlick's Fresnel term, over a Lambertian base.
+Material ggx(double alpha, std::array<double, 3> f0, std::array<double, 3> diffuse);
+
+/// Cosines for angles in degrees; light at azimuth 0, view at `phi`.
+Cosines cosines(double theta_i, double theta_o, double phi);
+
+std::string merl_file(const Material& material, int azimuths = 180);
+
+struct MiniDiffGrid {
+    std::vector<double> aoi{0, 20, 40, 60};
+    double azimuth_step = 1, radial_step = 1, radial_max = 75;
+    double light_azimuth = 90;
+    std::string model = "synthetic";
+};
+/// Values with seven digits.
+std::string minidiff_file(const Material& material, const MiniDiffGrid& grid = {});
+
+/// A file of few values for each reader, valid as it is: where mutations start.
+std::string small_file(std::string_view reader);
+
+}  // namespace kiln::synthetic
