@@ -75,8 +75,9 @@ def main():
         print(f"{'256 x 256 split sum':44}      time   of cmgen  rms     max")
         for name, values in times.items():
             middle = statistics.median(values)
+            file = name.replace(", native", " native").replace(", opencl", " opencl") + ".exr"
             off = "" if name.startswith("cmgen") else "{:.1e} {:.1e}".format(
-                *errors(arguments.bin, folder, name.replace(", native", " native").replace(", opencl", " opencl") + ".exr"))
+                *errors(arguments.bin, folder, file))
             print(f"{name:44} {middle * 1e3:8.2f} ms  1/{cmgen / middle:5.0f}  {off}")
         print(f"cmgen's own error is rms {CMGEN_RMS:.1e}, max {CMGEN_MAX:.1e}")
     server.stop()

@@ -73,8 +73,7 @@ class Engine {
     std::string native_name() const;
     /// OpenCL with these programs built, where options and `device` let it; else null, and `reason`
     /// says why. Throws Cancelled.
-    std::shared_ptr<OpenClBackend> opencl(DeviceChoice device,
-                                          std::span<const KernelKind> kernels,
+    std::shared_ptr<OpenClBackend> opencl(DeviceChoice device, std::span<const KernelKind> kernels,
                                           const Control& control, std::string& reason);
 
   private:

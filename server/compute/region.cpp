@@ -13,9 +13,9 @@ namespace {
 /// quadrature over NoV in [1e-6, 1], α in [1e-6, 1], they are even at 1 − E of 0.01, ahead 20
 /// times at 2e-4; of an average even at 0.001. Of fewer than some 15 events in 1024 visible normals
 /// the spread of replicates says too little. They cost about a second draw, so they are for
-/// averages and for those who ask for the deficit: of E, A and B, whose errors they hardly change (an rms of 9.5e-4 falls
-/// to 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error
-/// (rare_events.h).
+/// averages and for those who ask for the deficit: of E, A and B, whose errors they hardly change
+/// (an rms of 9.5e-4 falls to 9.1e-4 over a split sum), the missed share of 1 − E is in the
+/// standard error (rare_events.h).
 constexpr double kDeficitMost = 0.015, kAveragedDeficitMost = 0.001;
 /// Below it squares of the half vector's parts would leave the range of a float; 1 − E is below
 /// 1e-16 / NoV² there.

@@ -15,7 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr unsigned kFine = 20;  // and half of it, which comes with it
-constexpr int kDepthMax = 24;
+constexpr int kHalvings = 24;
 
 /// A vector of integrals at once.
 template <std::size_t N, typename Value>
@@ -33,7 +33,7 @@ std::array<double, N> integral(const Value& value, double from, double to, doubl
         apart = std::max(apart, std::abs(fine[k] - coarse[k]));
         size = std::max(size, std::abs(fine[k]));
     }
-    if (apart <= std::max(absolute, 1e-13 * size) || depth == kDepthMax) return fine;
+    if (apart <= std::max(absolute, 1e-13 * size) || depth == kHalvings) return fine;
     const double middle = 0.5 * (from + to);
     const auto left = integral<N>(value, from, middle, 0.5 * absolute, depth + 1);
     const auto right = integral<N>(value, middle, to, 0.5 * absolute, depth + 1);

@@ -74,7 +74,9 @@ class Baker {
               options.device = DeviceChoice::native;
               return options;
           }()) {}
-    Outcome operator()(const JobSpec& job) { return engine_.run(job, Control{}, /*standard_error_planes=*/true); }
+    Outcome operator()(const JobSpec& job) {
+        return engine_.run(job, Control{}, /*standard_error_planes=*/true);
+    }
 
   private:
     Engine engine_;
