@@ -9,6 +9,7 @@
 #include "client/arguments.h"
 #include "client/json.h"
 #include "server/base/version.h"
+#include "server/scene/scene.h"
 #include "server/spec/phrases.h"
 
 namespace kiln::client {
