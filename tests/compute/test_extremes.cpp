@@ -95,14 +95,19 @@ struct Range {
 /// What the mean of a term lies in, whatever the points. Rounding adds some 1e-6.
 Range range_of(const KernelMaterial& what, std::size_t term) {
     const double infinite = std::numeric_limits<double>::max();
+    // Hoffman's tint may take F below 0 on either side of 82 degrees.
+    constexpr int kTint82 = 5;
+    const double F_min = what.fresnel == kTint82 && term >= kColour ? -1 : 0;
     if (term >= kDiffuse) {
-        if (what.diffuse == 0) return {0, 1};  // Lambert
-        return {0, 10};                        // (1 + 3/2)² of Burley is the largest that is known
+        if (what.diffuse == 0) return {0, 1 - F_min};               // Lambert
+        if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};  // Burley: (1 + 3/2)²
+        return {F_min < 0 ? -infinite : 0, infinite};               // 1 / NoL at grazing views
     }
     // G2 / G1 of the view is a probability under both Smith forms. By other samplers, or under
     // other maskings, the weight is a ratio of densities without a bound.
     const bool probability = what.importance == 0 && what.masking <= 1;
     if (term == kDeficit) return probability ? Range{0, 1} : Range{-infinite, 1};
+    if (F_min < 0) return {-infinite, infinite};
     return {0, probability ? 1.0 : infinite};
 }
 
