@@ -228,12 +228,13 @@ TEST(Advice, HoldsWhenItIsTaken) {
 TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
     ThreadPool pool(0);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());
-    const JobSpec job = parse_job(
-        R"({"quantities":["average_albedo"],"resolution":[64],"output":{"format":"png","pixel":"uint16"}})");
+    const JobSpec job = parse_job(R"({"quantities":["average_albedo"],"resolution":[64],)"
+                                  R"("output":{"format":"png","pixel":"uint16"}})");
     for (const Candidate& candidate : advise(job, 1e-3, *native, pool, Control{}))
         EXPECT_EQ(candidate.job.pixel, PixelType::uint16);  // 8 bits are off by 2e-3 alone
-    const JobSpec unreal = parse_job(
-        R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],"layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
+    const JobSpec unreal =
+        parse_job(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],)"
+                  R"("layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
     for (const Candidate& candidate : advise(unreal, 0.2, *native, pool, Control{}))
         EXPECT_EQ(candidate.job.axes, unreal.axes);
     JobSpec beckmann = job;
