@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`kiln advise`: its table, its job, its refusals. What it advises is measured in test_exactness."""
+"""`kiln advise`: its table, its job, its refusals; test_exactness measures what it advises."""
 import json
 import unittest
 
