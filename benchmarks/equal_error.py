@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Time to an error: a 256 x 256 split sum, integration against cmgen's whole process, medians of one run.
+"""Time to an error: a 256 x 256 split sum, integration against cmgen's whole process, medians.
 
     benchmarks/equal_error.py [--bin build/release/bin] [--runs 15]
 
@@ -26,7 +26,7 @@ RECIPES = {
     "1024 samples": {"sample_count": 1024},
     "4096 samples": {"sample_count": 4096},
 }
-# target_error, and sample_count of what is sampled, have the pixel type in their way: float has none.
+# Coarser pixels would hide the smaller errors.
 FLOAT = {"output": {"format": "exr", "pixel": "float"}}
 
 
@@ -45,14 +45,16 @@ def save(server, folder, name, body):
 
 def errors(binaries, folder, name):
     """Root mean square and largest difference from the exact table, of the worse channel."""
-    out = subprocess.run([os.path.join(binaries, "kiln"), "diff", "--json", f"{folder}/{name}", f"{folder}/exact.exr"],
-                         capture_output=True, text=True, check=False).stdout
+    command = [os.path.join(binaries, "kiln"), "diff", "--json", f"{folder}/{name}",
+               f"{folder}/exact.exr"]
+    out = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     channels = json.loads(out)["channels"].values()
     return max(c["rms"] for c in channels), max(c["max"] for c in channels)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", default="build/release/bin")
     parser.add_argument("--runs", type=int, default=15)
     arguments = parser.parse_args()
@@ -61,7 +63,8 @@ def main():
         return
     server = Server(arguments.bin)
     with tempfile.TemporaryDirectory() as folder:
-        save(server, folder, "exact.exr", job({"integrator": "quadrature", "precision": "float64"}, "native", 0))
+        exact = {"integrator": "quadrature", "precision": "float64"}
+        save(server, folder, "exact.exr", job(exact, "native", 0))
         for recipe in RECIPES.values():  # programs and caches warm
             save(server, folder, "warm.exr", job(recipe, "opencl", 1))
         times = {}
@@ -70,7 +73,8 @@ def main():
             for name, recipe in RECIPES.items():
                 for device in ("native", "opencl"):
                     report = save(server, folder, f"{name} {device}.exr", job(recipe, device, run))
-                    times.setdefault(f"{name}, {device}", []).append(report["run_time_s"]["integrate"])
+                    seconds = report["run_time_s"]["integrate"]
+                    times.setdefault(f"{name}, {device}", []).append(seconds)
         cmgen = statistics.median(times["cmgen, whole process"])
         print(f"{'256 x 256 split sum':44}      time   of cmgen  rms     max")
         for name, values in times.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`kiln advise`: its table, its job, its refusals. What it advises is measured in test_exactness."""
+"""`kiln advise`: its table, its job, its refusals; test_exactness measures what it advises."""
 import json
 import unittest
 
@@ -11,7 +11,8 @@ JOB = {"quantities": ["directional_albedo"], "resolution": [64, 64]}
 class Advise(KilnTest):
     def advise(self, job, bound, *arguments, status=0):
         self.write("job.json", job)
-        return self.kiln("advise", "job.json", "--max-error", str(bound), *arguments, exit_status=status)
+        return self.kiln("advise", "job.json", "--max-error", str(bound), *arguments,
+                         exit_status=status)
 
     def test_the_job_it_names_can_be_baked_and_is_within_the_bound(self):
         stdout, stderr = self.advise(JOB, 0.02)
@@ -22,7 +23,8 @@ class Advise(KilnTest):
         named = json.loads(lines[-1])
         self.assertEqual(named["integrator"], "quadrature")
         self.write("named.json", named)
-        report = json.loads(self.kiln("bake", "named.json", "-o", "out.exr", "--local", "--json")[0])
+        stdout = self.kiln("bake", "named.json", "-o", "out.exr", "--local", "--json")[0]
+        report = json.loads(stdout)
         error = report["error"]["directional_albedo"]
         self.assertLessEqual(error["reconstruction_max"] + error["quantisation_max"], 0.02)
         self.assertEqual(report["status"], "converged")
@@ -40,13 +42,14 @@ class Advise(KilnTest):
 
     def test_no_such_table_is_an_exit_status_of_its_own(self):
         # 16 bits are off by 7.6e-6 alone.
-        stdout, stderr = self.advise(dict(JOB, output={"format": "png", "pixel": "uint16"}), 5e-6, status=6)
+        job = dict(JOB, output={"format": "png", "pixel": "uint16"})
+        stdout, stderr = self.advise(job, 5e-6, status=6)
         self.assertEqual(stdout, b"")
         self.assertIn("no table up to 4096", stderr)
 
     def test_what_quadrature_lacks_is_refused_by_name(self):
-        stderr = self.advise({"quantities": ["directional_albedo", "diffuse_albedo"], "resolution": [8, 8]},
-                             0.1, status=3)[1]
+        job = dict(JOB, quantities=["directional_albedo", "diffuse_albedo"])
+        stderr = self.advise(job, 0.1, status=3)[1]
         self.assertIn("/quantities/1", stderr)
         self.assertIn("diffuse", stderr)
 
