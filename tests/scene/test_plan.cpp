@@ -194,10 +194,13 @@ TEST(Plan, EstimatesAreWhatTheEngineCounts) {
     EXPECT_EQ(tables.size(), 5u + 1u + 4u);
     for (const PlannedTable& table : tables) {
         const Outcome outcome = engine.run(table.job, Control{});
-        EXPECT_EQ(outcome.report.work.brdf_evaluations, table.estimate.evaluations) << table.name;
         const bool compensated = table.job.quantities[0] == Quantity::compensated_albedo;
-        EXPECT_EQ(outcome.report.work.multiscatter_evaluations,
-                  compensated ? table.estimate.evaluations : 0);
+        const std::uint64_t estimate = table.estimate.evaluations;
+        const Work& work = outcome.report.work;
+        EXPECT_GE(work.brdf_evaluations, estimate) << table.name;
+        // Where a deficit is asked for, smooth texels are drawn a second time for it.
+        EXPECT_LE(work.brdf_evaluations, compensated ? 2 * estimate : estimate) << table.name;
+        EXPECT_EQ(work.multiscatter_evaluations, compensated ? work.brdf_evaluations : 0);
         std::uint64_t values = 0;
         for (const auto& plane : outcome.table.planes) values += plane.size();
         EXPECT_EQ(2 * values, table.estimate.bytes);
