@@ -155,7 +155,7 @@ class Refuse(KilnTest):
 
     def test_an_unknown_command_is_named_with_the_nearest(self):
         for word, hint in (("bak", 'did you mean "bake"?'), ("inof", 'did you mean "info"?'),
-                           ("nonsense", "is no command. There are bake, info, diff,"),
+                           ("nonsense", "is no command. There are bake, plan, convergence,"),
                            ("--versoin", 'did you mean "--version"?')):
             _, stderr = self.kiln(word, "job.json", exit_status=2)
             self.assertIn(f'"{word}" is no ', stderr)
