@@ -3,16 +3,17 @@
 // texel.
 //
 // The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one
-// sample of one lane group: 2 √ (the cap's sine, the light's Smith length) and 1 ÷ (G2 / G1) on the
-// divider; 20 products, sums, fused products and selections for E, 20 more for B (the reciprocal
-// root, Schlick, the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one such
-// operation every 0.23 ns (measured), E is bound by the divider at 13.5 ns, A and B by the
-// same 13.5 ns as long as the other 40 operations (9.2 ns, and 2.1 ns for the divider's own) run
-// beside it: 1.2 G samples/s a core.
+// sample of one lane group: 1 √ (the cap's sine) and 1 ÷ (G2 / G1) on the divider; on the
+// multipliers 26 products, sums, fused products and selections for E (6 for the half vector, 7 for
+// the light, 9 for its Smith length's root, 4 for the weight), 17 more for B (11 for 1 − VoH, 6 for
+// its fifth power and the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one such
+// operation every 0.23 ns (measured), E is bound by the divider at 8.7 ns; A and B by the
+// multipliers, which the divider takes for 6 operations of its own, at 11.3 ns: 1.4 G samples/s a
+// core.
 //
-// Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 43
+// Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 34
 // products, sums, fused products and selections (6 for the map, 5 for the weight, 8 for the lobe,
-// 18 for the root of VoH, 6 for Schlick's weight): 9.9 ns, with the 7.8 ns of the divider beside
+// 9 for the root of VoH, 6 for Schlick's weight): 7.8 ns, with the 7.8 ns of the divider beside
 // them. One node of the elevation before them: 8 / and 4 roots, 50 ns.
 #include <benchmark/benchmark.h>
 

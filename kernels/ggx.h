@@ -3,13 +3,16 @@
 // both estimators, which keeps α → 0 finite.
 //
 // The view lies in the plane y = 0. By symmetry an azimuth enters through its cosine alone, and the
-// host hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised. S is
+// host hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised, with
+// the N·h that every sampler's point brings along as its second scalar. S is
 // the length of the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
 
 typedef struct {
     real S;
     real vx, vz;  // stretched view, unit; vz = NoV / S
     real one_minus_vz;
+    real inverse_cap;  // 1 / (1 + vz)
+    real tan_half;     // vx / (1 + vz)
     real alpha;
     real one_minus_alpha2;  // 1 − α²
     real alpha_over_S;
@@ -17,11 +20,13 @@ typedef struct {
 
 typedef struct {
     real VoH2;  // 2 V·h / S
-    real NoH;   // N·h
     real hh;    // h·h
 } HalfVector;
 
-// The light that mirrors the view, L = 2 (V·h) h / h·h − V, with NoL and S(NoL) scaled by h·h / S.
+// The light that mirrors the view, L = 2 (V·h) h / h·h − V, with NoL and S(NoL) scaled by
+// KILN_LIGHT_SCALE h·h / S. A point is 2^-33 from the rim at the least, and h·h its square there:
+// the power of two keeps the squares of NoL and S among the normal numbers of float.
+#define KILN_LIGHT_SCALE K(16777216.0)
 typedef struct {
     real NoL;
     real S;
@@ -37,7 +42,9 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
     view.S = S;
     view.vx = slope / divisor;
     view.vz = lane_select(S > K(0.0), NoV / divisor, lanes(K(1.0)));
-    view.one_minus_vz = view.vx * view.vx / (K(1.0) + view.vz);
+    view.inverse_cap = K(1.0) / (K(1.0) + view.vz);
+    view.tan_half = view.vx * view.inverse_cap;
+    view.one_minus_vz = view.vx * view.tan_half;
     view.alpha = alpha;
     view.one_minus_alpha2 = (K(1.0) - alpha) * (K(1.0) + alpha);
     view.alpha_over_S = alpha / divisor;
@@ -45,28 +52,27 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 }
 
 // Visible normals by spherical caps (Dupuy, Benyoub 2023, listing 3): a direction c with
-// c.z = (1 − u)(1 + vz) − vz, and h = c + v before it is stretched back. |c| = |v| = 1 gives
-// V·h / S = v·h and |h.xy|² = 2 v·h − h.z². The point is (cos φ, 1 − u, u): 1 ± c.z without
-// cancellation.
-KILN_FUNCTION HalfVector ggx_sample_vndf(View view, scalar cos_phi, scalar one_minus_u, scalar u) {
-    const real cap = K(1.0) + view.vz;
-    const real hz = one_minus_u * cap;
-    const real sin2 = u * cap * lane_fma(lanes(one_minus_u), cap, view.one_minus_vz);
-    const real hx = lane_fma(lanes(cos_phi), lane_sqrt(sin2), view.vx);
+// c.z = (1 − u)(1 + vz) − vz, and h = (c + v) / (1 + vz) before it is stretched back. |c| = |v| = 1
+// gives |h.xy|² = 2 v·h / (1 + vz) − h.z². Over 1 + vz the sine of c is √(u (1 − u + tan²)), with
+// the tangent of half the view's angle, and h.z is the point's own. The point is (cos φ, 1 − u, u,
+// (1 − u)², u (1 − u)).
+KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* point) {
+    const real tan2 = view.tan_half * view.tan_half;
+    const real sine = lane_sqrt(lane_fma(tan2, lanes(point[2]), lanes(point[4])));
+    const real hx = lane_fma(lanes(point[0]), sine, view.tan_half);
+    const real alpha2_over_cap = view.alpha * view.alpha * view.inverse_cap;
     HalfVector h;
-    h.VoH2 = lane_fma(K(2.0) * view.vx, hx, (K(2.0) * view.vz) * hz);
-    h.NoH = hz;
-    h.hh = lane_fma(view.alpha * view.alpha, h.VoH2, view.one_minus_alpha2 * (hz * hz));
+    h.VoH2 = lane_fma(K(2.0) * view.vx, hx, (K(2.0) * view.vz) * point[1]);
+    h.hh = lane_fma(alpha2_over_cap, h.VoH2, view.one_minus_alpha2 * point[3]);
     return h;
 }
 
 // All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ,
-// √(1 − u)). The point is (√u cos φ, √(1 − u), 1 / √(1 − u)).
-KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
+// √(1 − u)). The point is (√u cos φ, √(1 − u), 1 / √(1 − u), 1 − u).
+KILN_FUNCTION HalfVector ggx_sample_ndf(View view, KILN_GLOBAL const scalar* point) {
     HalfVector h;
-    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(x), (K(2.0) * view.vz) * z);
-    h.NoH = lanes(z);
-    h.hh = lane_fma(view.one_minus_alpha2, lanes(z * z), view.alpha * view.alpha);
+    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(point[0]), (K(2.0) * view.vz) * point[1]);
+    h.hh = lane_fma(view.one_minus_alpha2, lanes(point[3]), view.alpha * view.alpha);
     return h;
 }
 
@@ -74,24 +80,29 @@ KILN_FUNCTION HalfVector ggx_sample_ndf(View view, scalar x, scalar z) {
 // all normals is 1. inverse_NoH comes with the point of ggx_sample_ndf; log-uniform tangents bring
 // it times the density of all normals over their own.
 KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, scalar inverse_NoH) {
-    return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH / (K(1.0) + view.vz), lanes(K(0.0)));
+    return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH * view.inverse_cap, lanes(K(0.0)));
 }
 
-KILN_FUNCTION Light ggx_mirror(View view, HalfVector h) {
-    const real edge = view.alpha_over_S * h.hh;
+KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, scalar NoH) {
+    const real edge = (KILN_LIGHT_SCALE * view.alpha_over_S) * h.hh;
     Light light;
-    light.NoL = lane_fma(h.VoH2, h.NoH, -(view.vz * h.hh));
-    light.S = lane_sqrt(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
+    light.NoL =
+        lane_fma(KILN_LIGHT_SCALE * h.VoH2, lanes(NoH), -((KILN_LIGHT_SCALE * view.vz) * h.hh));
+    light.S = lane_root(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
     return light;
 }
 
 // S² − NoL² = α² (1 − NoL²) of the light, in its scale.
 KILN_FUNCTION real ggx_excess(View view, HalfVector h, Light light) {
-    const real edge = view.alpha_over_S * h.hh;
+    const real edge = (KILN_LIGHT_SCALE * view.alpha_over_S) * h.hh;
     const real middle = view.alpha * light.NoL;
     return (edge - middle) * (edge + middle);
 }
 
 KILN_FUNCTION real ggx_VoH(View view, HalfVector h) {
-    return K(0.5) * view.S * h.VoH2 * lane_rsqrt(h.hh);
+    return (K(0.5) * view.S) * h.VoH2 * lane_rsqrt(h.hh);
+}
+
+KILN_FUNCTION real ggx_one_minus_VoH(View view, HalfVector h) {
+    return lane_fma((K(-0.5) * view.S) * h.VoH2, lane_rsqrt(h.hh), lanes(K(1.0)));
 }

@@ -22,11 +22,11 @@ typedef struct {
 } Terms;
 
 // A sample is worked in three stages, so that batch.h can run each over many points.
-KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, scalar a, scalar b,
-                                            scalar c) {
+KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view,
+                                            KILN_GLOBAL const scalar* point) {
     if (what.importance == KILN_IMPORTANCE_NDF || what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
-        return ggx_sample_ndf(view, a, b);
-    return ggx_sample_vndf(view, a, b, c);
+        return ggx_sample_ndf(view, point);
+    return ggx_sample_vndf(view, point);
 }
 
 // Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the
@@ -36,8 +36,8 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view, sca
 // Log-uniform tangents: tanθ = α sinh v with v nearly uniform instead of dense at the peak. The
 // directions that lack most lie where visible normals hardly ever go as α → 0; the deficit is 1 −
 // G2/G1 times the ratio again, now with the point's own density, which `c` brings along.
-KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light, real VoH,
-                          scalar c) {
+KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light,
+                          real one_minus_VoH, scalar c) {
     const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
                    lanes(K(0.0))};
@@ -52,6 +52,9 @@ KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light l
         terms.weight = terms.weight * ggx_vndf_over_ndf(view, h, c);
         terms.deficit = K(1.0) - terms.weight;
     }
-    if (what.terms & KILN_TERM_FRESNEL) terms.fresnel = terms.weight * fresnel_schlick_weight(VoH);
+    if (what.terms & KILN_TERM_FRESNEL) {  // Schlick 1994; what rounding leaves below 0 stays 1e-35
+        const real square = one_minus_VoH * one_minus_VoH;
+        terms.fresnel = terms.weight * one_minus_VoH * (square * square);
+    }
     return terms;
 }

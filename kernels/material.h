@@ -60,23 +60,23 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     if (is_fast_lobe(what)) {
         const Integrand fast = {what.masking, what.importance,
                                 what.terms & (KILN_TERM_WEIGHT | KILN_TERM_DEFICIT)};
-        const HalfVector h = sample_half_vector(fast, view, point[0], point[1], point[2]);
+        const HalfVector h = sample_half_vector(fast, view, point);
         *VoH = ggx_VoH(view, h);
-        return weigh(fast, view, h, ggx_mirror(view, h), *VoH, point[2]);
+        return weigh(fast, view, h, ggx_mirror(view, h, point[1]), *VoH, point[2]);
     }
     Scattering s;
     if (what.importance >= KILN_IMPORTANCE_COSINE) {
         s = scatter_hemisphere(what.importance, view.vz * view.S, point[0], point[1], point[2]);
         s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoH, s.sin2_H);
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
-        const HalfVector h = ggx_sample_vndf(view, point[0], point[1], point[2]);
-        s = scatter_half_vector(what.importance, view, h);
-        if (what.distribution == KILN_BECKMANN) s.factor = s.factor * beckmann_over_ggx(h);
+        const HalfVector h = ggx_sample_vndf(view, point);
+        s = scatter_half_vector(what.importance, view, h, point[1]);
+        if (what.distribution == KILN_BECKMANN)
+            s.factor = s.factor * beckmann_over_ggx(view, h, point[1]);
     } else if (what.distribution == KILN_BECKMANN) {
-        s = scatter_half_vector(what.importance, view,
-                                beckmann_sample_ndf(view, point[0], point[2]));
+        s = scatter_half_vector(what.importance, view, beckmann_sample_ndf(view, point), point[1]);
     } else {
-        s = scatter_half_vector(what.importance, view, ggx_sample_ndf(view, point[0], point[1]));
+        s = scatter_half_vector(what.importance, view, ggx_sample_ndf(view, point), point[1]);
     }
     *VoH = s.VoH;
     // A light below the horizon must not reach the visibility: its denominators may vanish there.

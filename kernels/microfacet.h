@@ -135,8 +135,9 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
 // x = tan²θ / α² it is exp(−x) (1 + x)², at most 4 / e. So GGX's visible normals serve Beckmann's
 // lobe: where they are too many, they are so by a bounded factor. From x = 80 on, where it is
 // 1e-31, it stays.
-KILN_CALLED real beckmann_over_ggx(HalfVector h) {
-    const real hz2 = h.NoH * h.NoH, hxy2 = h.VoH2 - hz2, most = lanes(K(80.0));
+KILN_CALLED real beckmann_over_ggx(View view, HalfVector h, scalar NoH) {
+    const real hz2 = lanes(NoH * NoH), most = lanes(K(80.0));
+    const real hxy2 = lane_fma(h.VoH2, view.inverse_cap, -hz2);
     const real x = lane_select(hxy2 < most * hz2, hxy2 / lane_max(hz2, lanes(KILN_TINY)), most);
     const real spread = K(1.0) + lane_max(x, lanes(K(0.0)));
     return lane_exp(K(1.0) - spread) * (spread * spread);
@@ -173,17 +174,17 @@ KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scal
 }
 
 // Beckmann's normals: tan²θ = −α² ln u = α² T². The point is (T cos φ, 1, T²).
-KILN_FUNCTION HalfVector beckmann_sample_ndf(View view, scalar x, scalar T2) {
+KILN_FUNCTION HalfVector beckmann_sample_ndf(View view, KILN_GLOBAL const scalar* point) {
     HalfVector h;
-    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(x), K(2.0) * view.vz);
-    h.NoH = lanes(K(1.0));
-    h.hh = lane_fma(view.alpha * view.alpha, lanes(T2), lanes(K(1.0)));
+    h.VoH2 = lane_fma(K(2.0) * view.vx, lanes(point[0]), K(2.0) * view.vz);
+    h.hh = lane_fma(view.alpha * view.alpha, lanes(point[2]), lanes(K(1.0)));
     return h;
 }
 
 // From a half vector (unnormalised, ggx.h) drawn from D NoH, or from GGX's visible normals. D
 // cancels: NoL / (D NoH / 4 VoH) and NoL / (G1 D / 4 NoV), G1 / NoV = 2 / (NoV + S).
-KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, HalfVector h) {
+KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, HalfVector h,
+                                             scalar NoH) {
     const real hh = lane_select(h.hh > K(0.0), h.hh, lanes(K(1.0)));
     const real inverse = K(1.0) / hh, root = lane_sqrt(inverse);
     Scattering s;
@@ -192,9 +193,9 @@ KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, Ha
     s.NoV = view.vz * view.S;
     s.sinV = lane_sqrt((K(1.0) - s.NoV) * (K(1.0) + s.NoV));
     s.VoH = K(0.5) * view.S * h.VoH2 * root;
-    s.NoH = h.NoH * root;
+    s.NoH = NoH * root;
     s.sin2_H = lanes(K(0.0));
-    const real NoL = view.S * lane_fma(h.VoH2, h.NoH, -(view.vz * h.hh)) * inverse;
+    const real NoL = view.S * lane_fma(h.VoH2, lanes(NoH), -(view.vz * h.hh)) * inverse;
     s.NoL = lane_select(NoL < K(1.0), NoL, lanes(K(1.0)));
     s.sinL = lane_sqrt((K(1.0) - s.NoL) * (K(1.0) + s.NoL));
     s.factor = importance == KILN_IMPORTANCE_VNDF ? K(2.0) * s.NoL * (s.NoV + view.S)

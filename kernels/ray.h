@@ -85,18 +85,7 @@ KILN_FUNCTION real quadrature_circle(Eye eye, Ray ray) {
     return lane_fma(first, K(2.0) + second, lanes(K(1.0)));
 }
 
-// √x to 2e-7 relative in float, on the multipliers: the divider has two quotients to serve beside
-// it.
-KILN_FUNCTION real ray_root(real x) {
-#if KILN_DOUBLE
-    return lane_sqrt(x);
-#else
-    const real inverse = lane_rsqrt(x), root = x * inverse;
-    return lane_fma(K(0.5) * inverse, lane_fma(-root, root, x), root);
-#endif
-}
-
-// Azimuths in flight, see KILN_STRETCH in batch.h.
+// Azimuths in flight, see KILN_AHEAD in batch.h.
 #undef KILN_AZIMUTHS
 #ifdef KILN_GPU
 #define KILN_AZIMUTHS 1
@@ -147,7 +136,7 @@ KILN_FUNCTION Circle quadrature_circle_fresnel(const int model, KILN_GLOBAL cons
         for (unsigned int i = 0; i < here; ++i) {
             const real part = weight[i] * (ratio[i] * ratio[i]);
             sum.one += part;
-            sum.fresnel = lane_fma(part, quadrature_fresnel(model, p, ray_root(y[i] * ray.unit)),
+            sum.fresnel = lane_fma(part, quadrature_fresnel(model, p, lane_root(y[i] * ray.unit)),
                                    sum.fresnel);
         }
     }

@@ -244,8 +244,8 @@ void append_walk(std::vector<double>& values, const Point& point) {
     values.push_back(std::sqrt(point[kDimensionsMax - 1]));
 }
 
-/// The kernel's three scalars of the sample, and the NoV of an average: √u, which is ∫ 2 NoV dNoV
-/// uniformly.
+/// The sampler's three scalars; the square of the second and u (1 − u); the NoV of an average, √u,
+/// which is ∫ 2 NoV dNoV uniformly.
 void append(std::vector<double>& values, PointKind kind, const Point& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
     double NoV = std::sqrt(point[2]);
@@ -284,7 +284,8 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
         case PointKind::facet_walk:
             return append_walk(values, point);
     }
-    values.push_back(NoV);
+    const double second = values[values.size() - 2];
+    values.insert(values.end(), {second * second, u * rest, NoV});
 }
 
 /// Where the run of points that starts at `at` ends, if the replicate goes on that far.

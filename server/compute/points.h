@@ -12,7 +12,7 @@ namespace kiln {
 
 /// Scalars a point as the kernels take it (kernels/batch.h), of every kind but facet_walk
 /// (kernels/ggx_lambert.h).
-inline constexpr std::size_t kPointScalars = 4;
+inline constexpr std::size_t kPointScalars = 6;
 inline constexpr std::size_t kWalkScalars = 16;
 
 /// Replicates of a job: independently randomised point sets, from whose spread the standard error
@@ -28,7 +28,8 @@ inline constexpr std::uint32_t kBatchPointsMax = 1024;
 inline constexpr std::uint32_t kFirstBatchPoints = 64;
 
 /// What a point's first three scalars are: the sampler that takes them (kernels/ggx.h,
-/// kernels/microfacet.h, kernels/diffuse.h).
+/// kernels/microfacet.h, kernels/diffuse.h). Two products follow that samplers of half vectors
+/// take, then the NoV of averages (kernels/batch.h).
 enum class PointKind {
     visible_normals,
     ggx_normals,

@@ -65,6 +65,11 @@ void set_fresnel(Pointwise& p, const FresnelModel& model, std::size_t channel) {
               p.parameters.begin() + static_cast<std::ptrdiff_t>(channel * numbers.size()));
 }
 
+/// A point of the visible normals (kernels/ggx.h).
+std::array<double, kPointScalars> half_vector_point(double cos_phi, double u) {
+    return {cos_phi, 1 - u, u, (1 - u) * (1 - u), u * (1 - u), 0};
+}
+
 /// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
 Pointwise reflected(const FresnelRow& row) {
     Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
@@ -74,7 +79,7 @@ Pointwise reflected(const FresnelRow& row) {
     const Fresnel model = row.model.model;
     const bool sum = model == Fresnel::schlick || model == Fresnel::f82_tint;
     p.terms = {{kColour, "F", [sum](const Place&) { return sum ? 1.0 : 0.0; }}};
-    p.points = {{"", {1, 0.5, 0.5, 0}}};
+    p.points = {{"", half_vector_point(1, 0.5)}};
     for (const double VoH : {0.0, 1e-40, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0 / 7, 0.5,
                              0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
         p.places.push_back({VoH, 0});
@@ -140,7 +145,7 @@ Pointwise fast_sample(const Lobe& lobe) {
     for (const double u : {1e-7, 1e-3, 0.5, 0.999})
         for (const double cos_phi : {-1.0, 0.0, 1.0})
             p.points.push_back(
-                {"u " + plain(u) + ", cos phi " + plain(cos_phi), {cos_phi, 1 - u, u, 0}});
+                {"u " + plain(u) + ", cos phi " + plain(cos_phi), half_vector_point(cos_phi, u)});
     p.places = grid(kAlphas);
     p.column = place_column;
     return p;

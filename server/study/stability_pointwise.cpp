@@ -48,8 +48,7 @@ class Judge {
         vary(at_.NoV, p_.NoV_units);
         vary(at_.alpha, kInputUnits);
         // The azimuth's cosine is exact in all points of this study.
-        vary(at_.point[1], kInputUnits);
-        vary(at_.point[2], kInputUnits);
+        for (std::size_t i = 1; i < kPointScalars; ++i) vary(at_.point[i], kInputUnits);
         for (long double& number : at_.parameters) vary(number, kParameterUnits);
         const double there = held(static_cast<double>(value));
         if (std::isinf(there)) return {there, 0};

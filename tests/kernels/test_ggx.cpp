@@ -18,14 +18,24 @@ struct Uniforms {
     double operator()() { return std::uniform_real_distribution<double>(1e-12, 1 - 1e-12)(engine); }
 };
 
-HalfVector sample(bool visible, const View& view, double u, double phi) {
-    if (visible) return in_double::ggx_sample_vndf(view, std::cos(phi), 1 - u, u);
-    return in_double::ggx_sample_ndf(view, std::sqrt(u) * std::cos(phi), std::sqrt(1 - u));
+struct Sample {
+    HalfVector h;
+    double NoH;
+};
+
+Sample sample(bool visible, const View& view, double u, double phi) {
+    const double z = visible ? 1 - u : std::sqrt(1 - u);
+    const double point[] = {visible ? std::cos(phi) : std::sqrt(u) * std::cos(phi), z, u, z * z,
+                            u * (1 - u)};
+    return {
+        visible ? in_double::ggx_sample_vndf(view, point) : in_double::ggx_sample_ndf(view, point),
+        z};
 }
 
 /// The unit half vector, its y up to sign, from what the sampler keeps: N·h, V·h and h·h.
-textbook::Vector unit_half_vector(const HalfVector& h, const View& view, double NoV) {
-    const double length = std::sqrt(h.hh), z = h.NoH / length, VoH = view.S * h.VoH2 / 2 / length;
+textbook::Vector unit_half_vector(const Sample& sample, const View& view, double NoV) {
+    const auto& [h, NoH] = sample;
+    const double length = std::sqrt(h.hh), z = NoH / length, VoH = view.S * h.VoH2 / 2 / length;
     const double x = (VoH - NoV * z) / std::sqrt(1 - NoV * NoV);
     return {x, std::sqrt(std::max(0.0, 1 - x * x - z * z)), z};
 }
@@ -131,11 +141,12 @@ TEST(Ggx, TheMirroredLightIsTheReflectedVector) {
         const double NoV = 0.02 + 0.97 * uniform(), alpha = 0.02 + 0.98 * uniform();
         const View view = in_double::ggx_view(NoV, alpha);
         for (const bool visible : {true, false}) {
-            const HalfVector h = sample(visible, view, uniform(), 6.28 * uniform());
-            const textbook::Vector unit = unit_half_vector(h, view, NoV);
+            const Sample drawn = sample(visible, view, uniform(), 6.28 * uniform());
+            const HalfVector& h = drawn.h;
+            const textbook::Vector unit = unit_half_vector(drawn, view, NoV);
             const double VoH = textbook::dot(textbook::view(NoV), unit);
-            const double NoL = 2 * VoH * unit[2] - NoV, scale = h.hh / view.S;
-            const in_double::Light light = in_double::ggx_mirror(view, h);
+            const double NoL = 2 * VoH * unit[2] - NoV, scale = 16777216 * h.hh / view.S;
+            const in_double::Light light = in_double::ggx_mirror(view, h, drawn.NoH);
             // Differences of numbers near 1, some ten roundings, scaled back.
             EXPECT_NEAR(light.NoL / scale, NoL, 1e-12);
             EXPECT_NEAR(light.S / scale, std::sqrt(NoL * NoL + alpha * alpha * (1 - NoL * NoL)),
@@ -143,6 +154,7 @@ TEST(Ggx, TheMirroredLightIsTheReflectedVector) {
             EXPECT_NEAR(in_double::ggx_excess(view, h, light) / (scale * scale),
                         alpha * alpha * (1 - NoL * NoL), 1e-12);
             EXPECT_NEAR(in_double::ggx_VoH(view, h), VoH, 1e-12);
+            EXPECT_NEAR(in_double::ggx_one_minus_VoH(view, h), 1 - VoH, 1e-12);
         }
     }
 }
@@ -153,11 +165,11 @@ TEST(Ggx, TheRatioOfDensitiesIsTheirQuotient) {
         const double NoV = 0.02 + 0.97 * uniform(), alpha = 0.02 + 0.98 * uniform(),
                      u = 0.99 * uniform();
         const View view = in_double::ggx_view(NoV, alpha);
-        const HalfVector h = sample(false, view, u, 6.28 * uniform());
-        const textbook::Vector unit = unit_half_vector(h, view, NoV);
+        const Sample drawn = sample(false, view, u, 6.28 * uniform());
+        const textbook::Vector unit = unit_half_vector(drawn, view, NoV);
         const double wanted =
             textbook::visible_normals(unit, NoV, alpha) / textbook::all_normals(unit, alpha);
-        EXPECT_NEAR(in_double::ggx_vndf_over_ndf(view, h, 1 / std::sqrt(1 - u)), wanted,
+        EXPECT_NEAR(in_double::ggx_vndf_over_ndf(view, drawn.h, 1 / std::sqrt(1 - u)), wanted,
                     1e-9 * (1 + wanted));
     }
 }

@@ -76,12 +76,10 @@ Subject half_vectors(PointKind kind, double NoV, double alpha,
     const auto place = [=](const double* point) {
         const in_double::View view = in_double::ggx_view(NoV, alpha);
         const in_double::HalfVector h =
-            kind == PointKind::visible_normals
-                ? in_double::ggx_sample_vndf(view, point[0], point[1], point[2])
-            : kind == PointKind::ggx_normals
-                ? in_double::ggx_sample_ndf(view, point[0], point[1])
-                : in_double::beckmann_sample_ndf(view, point[0], point[2]);
-        const double length = std::sqrt(h.hh), z = h.NoH / length;
+            kind == PointKind::visible_normals ? in_double::ggx_sample_vndf(view, point)
+            : kind == PointKind::ggx_normals   ? in_double::ggx_sample_ndf(view, point)
+                                               : in_double::beckmann_sample_ndf(view, point);
+        const double length = std::sqrt(h.hh), z = point[1] / length;
         const double VoH = view.S * h.VoH2 / 2 / length;
         const double x = (VoH - NoV * z) / std::sqrt(1 - NoV * NoV),
                      tangent = std::sqrt(1 - z * z) / z;
