@@ -6,8 +6,8 @@
 // sample of one lane group: 1 √ (the cap's sine) and 1 ÷ (G2 / G1) on the divider; on the
 // multipliers 26 products, sums, fused products and selections for E (6 for the half vector, 7 for
 // the light, 9 for its Smith length's root, 4 for the weight), 17 more for B (11 for 1 − VoH, 6 for
-// its fifth power and the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one such
-// operation every 0.23 ns (measured), E is bound by the divider at 8.7 ns; A and B by the
+// its fifth power and the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one
+// such operation every 0.23 ns (measured), E is bound by the divider at 8.7 ns; A and B by the
 // multipliers, which the divider takes for 6 operations of its own, at 11.3 ns: 1.4 G samples/s a
 // core.
 //
