@@ -266,10 +266,10 @@ bool OpenClBackend::built(const KernelKind& what) const {
     return state_->programs.contains(what);
 }
 
-// A launch costs a CPU's driver some 0.1 ms more than native; a GPU needs more work-items than a
+// A launch costs a CPU's driver some 0.2 ms more than native; a GPU needs more work-items than a
 // CPU has lanes, and is faster by more than that.
 std::size_t OpenClBackend::block_places() const {
-    return state_->device.cpu ? 2 * Backend::block_places() : 65536;
+    return state_->device.cpu ? 4 * state_->oracle.block_places() : 65536;
 }
 
 void OpenClBackend::run(const Launch<float>& launch) {

@@ -106,7 +106,7 @@ class Group {
             for (std::size_t b = first; b < set_.batches.size(); ++b, ++count) {
                 if (count > 0 &&
                     (points + set_.batches[b].point_count) * launches_.stride() * cost_of(region_) >
-                        kLaunchSamples)
+                        launch_samples(s_.backend))
                     break;
                 points += set_.batches[b].point_count;
             }

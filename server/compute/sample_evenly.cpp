@@ -11,6 +11,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// The first level of a trace: the spread of fewer replicates says little, and each level costs a
+/// call.
+constexpr std::uint32_t kTraceReplicates = 4;
+
 /// Replicates one after the other, block by block.
 class Even {
   public:
@@ -94,16 +98,16 @@ class Even {
     }
 
     /// Batches of the next call: bounded work, and none past the next level of the trace.
-    static std::size_t launch_batches(const PointSet& set, std::size_t first, std::size_t stride) {
+    std::size_t launch_batches(const PointSet& set, std::size_t first, std::size_t stride) const {
         const std::uint32_t replicate = set.replicate_of_batch[first];
-        std::uint32_t level = 2;
+        std::uint32_t level = kTraceReplicates;
         while (level <= replicate) level *= 2;
         std::size_t count = 0;
         std::uint64_t samples = 0;
         for (std::size_t b = first; b < set.batches.size() && set.replicate_of_batch[b] < level;
              ++b, ++count) {
             samples += set.batches[b].point_count * stride;
-            if (count > 0 && samples > kLaunchSamples) break;
+            if (count > 0 && samples > launch_samples(s_.backend)) break;
         }
         return count;
     }
@@ -113,7 +117,7 @@ class Even {
                                std::size_t batches_done) {
         const std::size_t n = replicates.completed();
         const bool half_done = set.replicate_of_batch[batches_done - 1] == n;
-        return !half_done && (n == set.replicate_sizes.size() || (n >= 2 && (n & (n - 1)) == 0));
+        return !half_done && (n == set.replicate_sizes.size() || (n >= kTraceReplicates && (n & (n - 1)) == 0));
     }
 
     ErrorSummary summary(const Replicates& replicates) const {

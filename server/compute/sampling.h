@@ -8,14 +8,19 @@
 
 namespace kiln {
 
-/// Samples a device call may take: milliseconds, so that cancelling, progress and a budget of time
-/// are prompt, and the sums that it hands over are still in cache when they are added up.
-inline constexpr std::uint64_t kLaunchSamples = 1u << 23;
+/// Samples a device call may take: as many as the longest batch of a block. That is milliseconds, so
+/// that cancelling, progress and a budget of time are prompt, and the sums that it hands over are
+/// still in cache when they are added up.
+inline std::uint64_t launch_samples(const Backend& backend) {
+    return backend.block_places() * kBatchPointsMax;
+}
 
-/// By how much calls and blocks must be smaller where a sample costs more: a walk takes as long as
-/// some hundred samples of a lobe, and a call of it still less than 0.1 s on two cores.
+/// By how much calls and blocks must be smaller where a sample costs more than on the fast path: on
+/// the general one some four times, and a walk over facets as much as a hundred. A call of it still
+/// takes less than 0.1 s on two cores.
 inline std::size_t cost_of(const Region& region) {
-    return region.draws[0].points == PointKind::facet_walk ? 16 : 1;
+    if (region.draws[0].points == PointKind::facet_walk) return 16;
+    return region.draws[0].what.material.general ? 4 : 1;
 }
 
 /// What both ways of sampling a job work with.
