@@ -52,14 +52,15 @@ inline constexpr QuadratureStep kQuadratureSteps[] = {
 /// The last one: where no two orders agree before it, the tolerance is out of reach.
 inline constexpr std::size_t kQuadratureLast = std::size(kQuadratureSteps) - 1;
 
-/// The first order to try for a tolerance: one that most texels reach it with. For tolerances below
-/// 1e-7 one that nearly all do: by then the error hardly changes its sign any more, where two
-/// orders would agree by chance.
+/// The first order to try for a tolerance: the one before the first that is known to come within
+/// twice of it, so that two orders never agree by chance long before. For tolerances below 1e-7
+/// that one itself: by then the error hardly changes its sign any more.
 constexpr std::size_t quadrature_start(double tolerance) {
-    const double most = tolerance < 1e-7 ? tolerance : 10 * tolerance;
+    const bool fine = tolerance < 1e-7;
+    const double most = fine ? tolerance : 2 * tolerance;
     std::size_t step = 0;
     while (step + 1 < kQuadratureLast && kQuadratureSteps[step].error > most) ++step;
-    return step;
+    return fine || step == 0 ? step : step - 1;
 }
 
 /// What float arithmetic may add to a value beyond the rule's own error.

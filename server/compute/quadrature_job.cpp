@@ -9,6 +9,7 @@
 #include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
+#include "server/compute/sparse_table.h"
 #include "server/compute/stopping.h"
 #include "server/compute/texels.h"
 
@@ -20,6 +21,9 @@ namespace {
 constexpr std::size_t kBlockPlaces = 8192;
 /// From here on the places that make the order map are few beside those that it saves an order.
 constexpr std::size_t kMappedPlaces = 4096;
+/// From this tolerance on the values between some places are interpolated: below, the rounding of
+/// float would be weighed against it.
+constexpr double kSparseTolerance = 1e-5;
 
 /// Of 1 - E where it is asked for, relative.
 constexpr double kDeficitTolerance = 1e-6;
@@ -193,16 +197,27 @@ class Quadrature {
     }
 
     /// Orders of a large table's places, for each integral of a pass: in float, where what a
-    /// neighbour needs is enough to know. In double every place is compared.
+    /// neighbour needs is enough to know. Under a loose tolerance the same for values. In double
+    /// every place is compared.
     void make_maps(const Pass& pass) {
         maps_.clear();
+        sparse_.clear();
         const bool mapped = !pass.what.material.averaged && job_.axes.size() > 1 &&
                             job_.precision == Precision::float32 &&
                             pass.places.count() > kMappedPlaces;
         if (!mapped) return;
+        const QuadratureTolerance tolerance = tolerance_of(pass);
+        const bool sparse = job_.axes.size() == 2 && tolerance.deficit_relative == 0 &&
+                            tolerance.absolute >= kSparseTolerance &&
+                            std::min(job_.resolution[0], job_.resolution[1]) >= 4;
         for (const Integral& integral : integrals_of(job_, pass)) {
+            if (sparse) {
+                sparse_.emplace_back(job_, pass.places, integral.kind, integral.parameters,
+                                     tolerance.absolute, backend_);
+                continue;
+            }
             maps_.push_back(make_order_map(job_, pass.places, integral.kind, integral.parameters,
-                                           tolerance_of(pass), backend_));
+                                           tolerance, backend_));
             count_work(maps_.back().evaluations, integral.term, pass.what.material.terms);
             unsettled_ += maps_.back().unsettled;
         }
@@ -218,12 +233,13 @@ class Quadrature {
     }
 
     Means directional(const Pass& pass, std::size_t first, std::size_t count) {
-        std::vector<double> NoV(count), alpha(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            NoV[i] = pass.places.NoV(first + i);
-            alpha[i] = pass.places.alpha(first + i);
-        }
         out_of_time_ = deadline_.passed();
+        const bool sparse = !sparse_.empty() && !out_of_time_;
+        std::vector<double> NoV, alpha;
+        for (std::size_t i = first; !sparse && i < first + count; ++i) {
+            NoV.push_back(pass.places.NoV(i));
+            alpha.push_back(pass.places.alpha(i));
+        }
         // The two lowest orders: each place has a value.
         const QuadratureTolerance tolerance =
             out_of_time_ ? QuadratureTolerance{1, 0} : tolerance_of(pass);
@@ -236,7 +252,10 @@ class Quadrature {
             const bool mapped = !maps_.empty() && !out_of_time_;
             if (mapped) places.steps = std::span(maps_[k].step).subspan(first, count);
             QuadratureResult found =
-                integrate_quadrature(backend_, integral.kind, places, tolerance);
+                sparse ? sparse_[k].take(first, count)
+                       : integrate_quadrature(backend_, integral.kind, places, tolerance);
+            if (sparse && first + count == pass.places.count())
+                leave_out(sparse_[k].interpolated(), pass.places.count());
             count_work(found.evaluations, integral.term, pass.what.material.terms);
             unsettled_ += found.unsettled;
             const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
@@ -263,6 +282,13 @@ class Quadrature {
         return means;
     }
 
+    void leave_out(std::size_t interpolated, std::size_t places) {
+        outcome_.report.left_out.push_back(
+            {"quadrature at " + std::to_string(interpolated) + " of " + std::to_string(places) +
+                 " texels",
+             "interpolation between the others is within a quarter of target_error of it"});
+    }
+
     void stay_in_touch() {
         control_.progress({static_cast<double>(done_) / planned_places(), {}});
         if (control_.cancelled()) throw Cancelled();
@@ -286,6 +312,7 @@ class Quadrature {
     Outcome outcome_;
     std::vector<ErrorSummary> sums_;
     std::vector<OrderMap> maps_;
+    std::vector<SparseTable> sparse_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
     const Deadline deadline_{std::chrono::steady_clock::now(), job_.time_budget_s, 1};
     bool out_of_time_ = false;
