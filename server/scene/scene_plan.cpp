@@ -132,7 +132,7 @@ class Planner {
             leave("equal", name + ": " + counted(equal, "further table"),
                   std::to_string(need_count) + " lobes of materials read " +
                       (pieces.size() == 1 ? "the same one"
-                                          : "the same " + std::to_string(pieces.size())));
+                                          : std::to_string(pieces.size()) + " between them"));
     }
 
     void plan_specular() {

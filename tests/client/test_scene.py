@@ -28,6 +28,12 @@ class Plan(KilnTest):
         self.assertEqual(plan["options"]["resolution"], 9)
         self.assertEqual(plan["tables"][0]["job"]["resolution"], [9, 1])
 
+    def test_materials_that_are_not_used_are_named(self):
+        self.write("scene.json", {"materials": [STEEL, dict(PAINT, name="rust", used=False)]})
+        text = self.kiln("plan", "scene.json")[0].decode()
+        self.assertIn("1 more unused", text)
+        self.assertIn("not used\n  rust\n      the list says that nothing uses it", text)
+
     def test_standard_input(self):
         plan = json.loads(self.kiln("plan", "-", "--json",
                                     stdin=json.dumps({"materials": [STEEL]}).encode())[0])
