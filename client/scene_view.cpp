@@ -200,7 +200,8 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
         lines.push_back("  refined " +
                         counted(static_cast<std::size_t>(report.rounds - 1), "time") + " to " +
                         std::to_string(plan.options.resolution) + " nodes and " +
-                        std::to_string(plan.options.sample_count) + " samples to hold the bound");
+                        std::to_string(plan.options.sample_count) + " samples" +
+                        (report.holds() ? ", which holds the bound" : ""));
     for (const LeftOutOfPlan& entry : plan.unserved)
         lines.push_back("  not served: " + printable(entry.what) + " (" + printable(entry.why) +
                         ")");
