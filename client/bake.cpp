@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "client/bakery.h"
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/interrupt.h"
 #include "client/json.h"
-#include "client/run_job.h"
 #include "client/summary.h"
 #include "server/spec/settings.h"
 #include "server/spec/words.h"

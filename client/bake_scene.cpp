@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "client/batch.h"
+#include "client/bakery.h"
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/interrupt.h"
@@ -128,14 +128,16 @@ class SceneBake {
         if (first) full_ = full_set_of(plan);
         if (first) jobs.insert(jobs.end(), full_.jobs.begin(), full_.jobs.end());
         if (jobs.empty()) return;
-        std::vector<BakedJob> baked = bakery_.bake(jobs);
+        std::vector<Baking> baked = bakery_.bake(jobs);
         for (std::size_t k = 0; k < places.size(); ++k) {
             tables_[places[k]].cached = baked[k].cached;
             tables_[places[k]].report = std::move(baked[k].report);
             take(places[k], std::move(baked[k].image));
         }
-        for (std::size_t k = places.size(); k < baked.size(); ++k)
+        for (std::size_t k = places.size(); k < baked.size(); ++k) {
             full_.tables.push_back(decoded(jobs[k], baked[k].image));
+            fine_cached_ += baked[k].cached ? 1 : 0;
+        }
     }
 
     std::vector<LobeProof> proof(const ScenePlan& plan) const {
@@ -153,7 +155,11 @@ class SceneBake {
         folder_.clear(tables_);
     }
 
-    const std::vector<SceneTable>& tables() const { return tables_; }
+    void tell(SceneReport& report) const {
+        report.tables = tables_;
+        report.fine_tables = full_.tables.size();
+        report.fine_tables_cached = fine_cached_;
+    }
 
   private:
     void take(std::size_t index, std::string bytes) {
@@ -169,6 +175,7 @@ class SceneBake {
     std::vector<SceneTable> tables_;
     std::vector<std::string> images_;
     FullSet full_;
+    std::size_t fine_cached_ = 0;
 };
 
 /// Twice the nodes and four times the samples, as far as a job may go; false where it may not.
@@ -208,7 +215,8 @@ Exit bake_scene(const SceneOptions& options) {
     const Folder folder(options.output);
     const Interrupt interrupt(options.timeout_s);
     const Stop stop(interrupt, options.timeout_s);
-    const auto bakery = open_bakery(options.server, options.local, stop, options.progress);
+    // Tables of a scene take milliseconds: OpenCL where its program is at hand.
+    const auto bakery = open_bakery(options, stop, std::chrono::milliseconds(0));
     SceneBake bake(options, folder, *bakery);
     SceneReport report;
     report.scene = options.scene;
@@ -223,7 +231,7 @@ Exit bake_scene(const SceneOptions& options) {
     }
     if (interrupt.requested()) stop.leave();
     bake.write(made);
-    report.tables = bake.tables();
+    bake.tell(report);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const std::string document = scene_report_json(made, report) + "\n";

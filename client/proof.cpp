@@ -8,6 +8,7 @@
 
 #include "server/compute/fresnel.h"
 #include "server/compute/multiscatter.h"
+#include "server/spec/axis_value.h"
 
 namespace kiln::client {
 
@@ -18,10 +19,6 @@ namespace {
 constexpr std::int64_t kFullNodes = 256;
 // Of sheen and rough diffuse lobes, which quadrature has no rule for.
 constexpr std::int64_t kSampledNodes = 128;
-
-double mapped(const Axis& axis, double value) {
-    return axis.mapping == Mapping::sqrt ? std::sqrt(value) : value;
-}
 
 /// Where a value lies between the nodes of an axis, clamped to its ends as a texture unit does.
 struct Between {

@@ -30,8 +30,9 @@ struct SceneReport {
     std::string where;  ///< the server, "" for this process
     std::vector<SceneTable> tables;
     std::vector<LobeProof> proof;
-    std::optional<double> max_error;  ///< the bound that was asked for
-    int rounds = 1;                   ///< of refining until it held
+    std::size_t fine_tables = 0, fine_tables_cached = 0;  ///< that the proof was made with
+    std::optional<double> max_error;                      ///< the bound that was asked for
+    int rounds = 1;                                       ///< of refining until it held
     double seconds = 0;
 
     double error_max() const;

@@ -111,6 +111,8 @@ std::string scene_report_json(const ScenePlan& plan, const SceneReport& report) 
                 {"full", document["full"]["estimate"]},
                 {"proof",
                  {{"points", kProofPoints},
+                  {"fine_tables", report.fine_tables},
+                  {"fine_tables_cached", report.fine_tables_cached},
                   {"max_error", report.max_error ? Json(*report.max_error) : Json(nullptr)},
                   {"max", report.error_max()},
                   {"holds", report.holds()},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 
 #include "client/json.h"
 #include "client/scene.h"
@@ -98,6 +99,28 @@ void add_total(std::vector<std::string>& lines, const ScenePlan& plan) {
                         " of texels; without looking at the scene: " + all);
 }
 
+/// By why they are not used; the names of a few.
+void add_unused(std::vector<std::string>& lines, const ScenePlan& plan) {
+    constexpr std::size_t kNamesMost = 8;
+    std::map<std::string, std::vector<std::string>> names;
+    for (const UnusedMaterial& material : plan.scene.unused)
+        names[material.why].push_back(material.name.empty()
+                                          ? "material " + std::to_string(material.index)
+                                          : printable(material.name));
+    if (names.empty()) return;
+    lines.push_back("");
+    lines.push_back("not used");
+    for (const auto& [why, list] : names) {
+        std::string text;
+        for (std::size_t i = 0; i < std::min(list.size(), kNamesMost); ++i)
+            text += (i == 0 ? "" : ", ") + list[i];
+        if (list.size() > kNamesMost)
+            text += " and " + std::to_string(list.size() - kNamesMost) + " more";
+        lines.push_back("  " + text);
+        lines.push_back("      " + printable(why));
+    }
+}
+
 void add_notes(std::vector<std::string>& lines, const ScenePlan& plan) {
     std::size_t shown = 0;
     const auto add = [&](const std::string& line) {
@@ -138,6 +161,7 @@ std::vector<std::string> plan_lines(const ScenePlan& plan, const std::string& na
     add_total(lines, plan);
     add_entries(lines, "left out", plan.left_out);
     add_entries(lines, "not served by any table", plan.unserved);
+    add_unused(lines, plan);
     add_notes(lines, plan);
     return lines;
 }
@@ -176,7 +200,8 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
         lines.push_back("  refined " +
                         counted(static_cast<std::size_t>(report.rounds - 1), "time") + " to " +
                         std::to_string(plan.options.resolution) + " nodes and " +
-                        std::to_string(plan.options.sample_count) + " samples to hold the bound");
+                        std::to_string(plan.options.sample_count) + " samples" +
+                        (report.holds() ? ", which holds the bound" : ""));
     for (const LeftOutOfPlan& entry : plan.unserved)
         lines.push_back("  not served: " + printable(entry.what) + " (" + printable(entry.why) +
                         ")");

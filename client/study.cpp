@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "client/bakery.h"
 #include "client/cmgen.h"
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/json.h"
-#include "client/run_job.h"
 #include "server/spec/settings.h"
 #include "server/spec/words.h"
 #include "server/study/draw.h"

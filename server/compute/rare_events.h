@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <algorithm>
-#include <cmath>
-
 #include "server/compute/backend.h"
+#include "server/spec/deficit.h"
 
 namespace kiln {
 
-/// 1 − E of a GGX lobe to the leading order of either end: α²(1 + NoV⁻²)/2 where α ≪ NoV, under
-/// correlated masking NoV (0.21/α + 9 α) where NoV ≪ α; averaged α²(ln(1/α) + 0.489). Right within
-/// a factor of two where it is below 0.01, too large where NoV ≈ α. Under visible normals it is the
-/// probability of the directions below the horizon, nearly.
+/// expected_deficit, or its average, of a kernel's lobe.
 inline double expected_deficit(const KernelMaterial& what, double NoV, double alpha) {
-    if (!(alpha > 0)) return 0;
-    if (what.averaged) return alpha * alpha * (std::log(1 / alpha) + 0.489235);
-    const double steep = alpha * alpha * (1 + 1 / (NoV * NoV)) / 2;
-    if (static_cast<Masking>(what.masking) != Masking::smith_correlated) return steep;
-    return std::min(steep, NoV * (0.21 / alpha + 9 * alpha));
+    return what.averaged ? expected_average_deficit(alpha)
+                         : expected_deficit(static_cast<Masking>(what.masking), NoV, alpha);
 }
 
 /// Samples that hold fewer rare events than this say too little about them.

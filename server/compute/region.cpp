@@ -9,23 +9,14 @@ namespace kiln {
 
 namespace {
 
-/// Below them log-uniform tangents have the smaller error at equal samples: measured against
-/// quadrature over NoV in [1e-6, 1], α in [1e-6, 1], they are even at 1 − E of 0.01, ahead 20
-/// times at 2e-4; of an average even at 0.001. Of fewer than some 15 events in 1024 visible normals
-/// the spread of replicates says too little. They cost about a second draw, so they are for
-/// averages and for those who ask for the deficit: of E, A and B, whose errors they hardly change
-/// (an rms of 9.5e-4 falls to 9.1e-4 over a split sum), the missed share of 1 − E is in the
-/// standard error (rare_events.h).
-constexpr double kDeficitMost = 0.015, kAveragedDeficitMost = 0.001;
-/// Below it squares of the half vector's parts would leave the range of a float; 1 − E is below
-/// 1e-16 / NoV² there.
-constexpr double kAlphaLeast = 1e-8;
-
 constexpr std::size_t kPlacesATask = 1024;
 
 constexpr int kDeficitTerms = 1 << kWeight | 1 << kDeficit;
 constexpr int kSpecularTerms = kDeficitTerms | 1 << kSchlick | 7 << kColour;
 
+/// Log-uniform tangents cost about a second draw, so they are for averages and for those who ask
+/// for the deficit: of E, A and B, whose errors they hardly change (an rms of 9.5e-4 falls to
+/// 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error (rare_events.h).
 bool knows_log_tangents(const KernelMaterial& what) {
     // The mirror's value is one number a place: averages have it for the deficit alone.
     const int known = what.averaged ? kDeficitTerms : kSpecularTerms;
@@ -38,8 +29,8 @@ bool knows_log_tangents(const KernelMaterial& what) {
 bool takes_log_tangents(const Pass& pass, std::size_t place) {
     const KernelMaterial& what = pass.what.material;
     const double alpha = pass.places.alpha(place);
-    return alpha >= kAlphaLeast && expected_deficit(what, pass.places.NoV(place), alpha) <
-                                       (what.averaged ? kAveragedDeficitMost : kDeficitMost);
+    return better_by_log_tangents(alpha, expected_deficit(what, pass.places.NoV(place), alpha),
+                                  what.averaged != 0);
 }
 
 /// The kernel of a pass for what log-uniform tangents do not have; with E, which puts it right.

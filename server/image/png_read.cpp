@@ -2,53 +2,31 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cstring>
-#include <exception>
 
 #include "server/base/error.h"
+#include "server/base/png_input.h"
 #include "server/image/codec.h"
 
 namespace kiln::codec {
 namespace {
 
-// All that must outlive a longjmp out of libpng stands here, outside the functions that call
-// setjmp.
 struct Reader {
+    explicit Reader(std::string_view given) : bytes(given), in(given) {}
     std::string_view bytes;
-    std::size_t at = 0;
-    std::string error;
     std::vector<png_byte> row;
     Decoded out;
     std::size_t channels = 0;
     int bit_depth = 0;
-    png_structp png = nullptr;
-    png_infop info = nullptr;
-
-    ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+    PngInput in;
+    png_structp png = in.png;
+    png_infop info = in.info;
 };
-
-[[noreturn]] void on_error(png_structp png, png_const_charp message) {
-    static_cast<Reader*>(png_get_error_ptr(png))->error = message;
-    png_longjmp(png, 1);
-}
-
-void on_warning(png_structp, png_const_charp) {}
-
-void on_read(png_structp png, png_bytep data, png_size_t byte_count) {
-    auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
-    if (byte_count > reader.bytes.size() - reader.at) png_error(png, "the file is cut short");
-    std::memcpy(data, reader.bytes.data() + reader.at, byte_count);
-    reader.at += byte_count;
-}
 
 bool read_header(Reader& r) {
     if (setjmp(png_jmpbuf(r.png)) != 0) return false;
-    png_set_read_fn(r.png, &r, on_read);
     png_set_user_limits(r.png, kDecodeSideMax, kDecodeSideMax);
     png_set_chunk_cache_max(r.png, 256);
     png_set_chunk_malloc_max(r.png, 4U << 20U);
-    // Without this a chunk above that limit is warned of, and allocated all the same.
-    png_set_benign_errors(r.png, 0);
     // A damaged text chunk is damage too, not something to step over.
     png_set_crc_action(r.png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_read_info(r.png, r.info);
@@ -106,12 +84,8 @@ bool read_rows(Reader& r) {
 }  // namespace
 
 Decoded decode_png(std::string_view bytes) {
-    Reader reader;
-    reader.bytes = bytes;
-    reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
-    if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
-    if (reader.info == nullptr) throw std::bad_alloc();
-    const auto fail = [&] { throw Error("cannot_decode", "PNG: " + reader.error); };
+    Reader reader(bytes);
+    const auto fail = [&] { throw Error("cannot_decode", "PNG: " + reader.in.error); };
     if (!read_header(reader)) fail();
     check_header(reader);
     if (!read_rows(reader)) fail();

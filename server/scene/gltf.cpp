@@ -62,7 +62,8 @@ class Gltf {
           nodes_(root.list("nodes", kSceneEntriesMax)),
           meshes_(root.list("meshes", kSceneEntriesMax)),
           materials_(root.list("materials", kSceneEntriesMax)),
-          textures_(root, container.binary) {
+          textures_(root, container.binary),
+          animated_(animated_numbers(root)) {
         result_.format = container.is_glb ? "glb" : "gltf";
         result_.scene_count = scenes_.size();
         named_.resize(materials_.size());
@@ -95,16 +96,23 @@ class Gltf {
             asset.refuse("minVersion is " + in_quotes(least) + "; allowed: 2.0");
     }
 
+    /// Names that are not known: all that are required, and used ones that speak of materials.
     void check_extensions() {
-        root_.texts("extensionsUsed", kSceneEntriesMax);
-        for (const std::string& name : root_.texts("extensionsRequired", kSceneEntriesMax)) {
-            if (std::find(kExtensions.begin(), kExtensions.end(), name) != kExtensions.end())
-                continue;
-            result_.warnings.push_back(
-                "extensionsRequired names " + in_quotes(name) +
-                ", which is not known here: materials may need more than this plan has");
-            if (result_.warnings.size() >= kSceneMaterialsMax) return;
-        }
+        std::set<std::string> unknown;
+        const auto look = [&](const char* list, const char* part) {
+            for (const std::string& name : root_.texts(list, kSceneEntriesMax)) {
+                const bool known =
+                    std::find(kExtensions.begin(), kExtensions.end(), name) != kExtensions.end();
+                if (known || name.find(part) == std::string::npos ||
+                    unknown.size() >= kSceneMaterialsMax || !unknown.insert(name).second)
+                    continue;
+                result_.warnings.push_back(
+                    std::string(list) + " names " + in_quotes(name) +
+                    ", which is not known here: materials may need more than this plan has");
+            }
+        };
+        look("extensionsRequired", "");
+        look("extensionsUsed", "_materials_");
     }
 
     void choose_variant() {
@@ -228,7 +236,7 @@ class Gltf {
                 return;
             }
             result_.materials.push_back(
-                read_gltf_material(material, textures_, named_[i].vertex_colours));
+                read_gltf_material(material, textures_, animated_, named_[i].vertex_colours));
             result_.materials.back().index = i;
         }
         if (!default_used_) return;
@@ -245,6 +253,7 @@ class Gltf {
     const SceneChoice& choice_;
     Place scenes_, nodes_, meshes_, materials_;
     GltfTextures textures_;
+    std::set<std::string> animated_;
     std::vector<Named> named_;
     std::optional<std::size_t> variant_;
     std::size_t variant_count_ = 0;

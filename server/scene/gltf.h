@@ -2,6 +2,7 @@
 #pragma once
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -40,8 +41,12 @@ class GltfTextures {
     std::map<std::size_t, std::string> decoded_;  ///< of buffers in data: URIs
 };
 
+/// JSON pointers of the numbers that an animation moves (KHR_animation_pointer).
+std::set<std::string> animated_numbers(const Place& root);
+
 /// What a glTF material asks for; `vertex_colours`: a primitive of it has COLOR_0.
-MaterialUse read_gltf_material(const Place& material, GltfTextures& textures, bool vertex_colours);
+MaterialUse read_gltf_material(const Place& material, GltfTextures& textures,
+                               const std::set<std::string>& animated, bool vertex_colours);
 
 /// A parsed glTF 2.0 document. Problems are added, and what is returned then means nothing.
 SceneUse read_gltf(const Place& root, const Container& container, const SceneChoice& choice);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "server/scene/scene_plan.h"
+#include "server/spec/axis_value.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -38,10 +38,6 @@ Json json_of(const Estimate& estimate) {
     return {{"evaluations", estimate.evaluations},
             {"bytes", estimate.bytes},
             {"seconds", estimate.seconds}};
-}
-
-double mapped(const Axis& axis, double value) {
-    return axis.mapping == Mapping::sqrt ? std::sqrt(value) : value;
 }
 
 /// Texture coordinate = scale · m(parameter) + offset, with m the mapping; texels on nodes.

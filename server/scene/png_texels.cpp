@@ -2,10 +2,9 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cstring>
-#include <new>
 #include <vector>
 
+#include "server/base/png_input.h"
 #include "server/scene/bounds.h"
 #include "server/scene/texels.h"
 
@@ -13,44 +12,23 @@ namespace kiln {
 
 namespace {
 
-// All that must outlive a longjmp out of libpng stands here, outside the functions that call
-// setjmp.
 struct Reader {
-    std::string_view bytes;
-    std::size_t at = 0;
-    std::string error;
+    explicit Reader(std::string_view bytes) : in(bytes) {}
     std::vector<png_byte> row;
     png_uint_32 width = 0, height = 0;
     bool wide = false;
     Texels texels;
-    png_structp png = nullptr;
-    png_infop info = nullptr;
-
-    ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+    PngInput in;
+    png_structp png = in.png;
+    png_infop info = in.info;
 };
-
-[[noreturn]] void on_error(png_structp png, png_const_charp message) {
-    static_cast<Reader*>(png_get_error_ptr(png))->error = message;
-    png_longjmp(png, 1);
-}
-
-void on_warning(png_structp, png_const_charp) {}
-
-void on_read(png_structp png, png_bytep data, png_size_t byte_count) {
-    auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
-    if (byte_count > reader.bytes.size() - reader.at) png_error(png, "it is cut short");
-    std::memcpy(data, reader.bytes.data() + reader.at, byte_count);
-    reader.at += byte_count;
-}
 
 bool read_header(Reader& r) {
     if (setjmp(png_jmpbuf(r.png)) != 0) return false;
-    png_set_read_fn(r.png, &r, on_read);
     png_set_user_limits(r.png, static_cast<png_uint_32>(kImageTexelsMax),
                         static_cast<png_uint_32>(kImageTexelsMax));
     png_set_chunk_cache_max(r.png, 16);
     png_set_chunk_malloc_max(r.png, 1U << 20U);
-    png_set_benign_errors(r.png, 0);
     // Text and colour profiles are not needed; unread, they cannot inflate.
     png_set_keep_unknown_chunks(r.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_read_info(r.png, r.info);
@@ -99,13 +77,9 @@ bool read_rows(Reader& r) {
 }  // namespace
 
 ImageLook look_at_png(std::string_view bytes, std::uint64_t& texels_left) {
-    Reader reader;
-    reader.bytes = bytes;
-    reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
-    if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
-    if (reader.info == nullptr) throw std::bad_alloc();
+    Reader reader(bytes);
     const auto refused = [&] {
-        return ImageLook{{}, "is a PNG that cannot be read: " + reader.error};
+        return ImageLook{{}, "is a PNG that cannot be read: " + reader.in.error};
     };
     if (!read_header(reader)) return refused();
     if (std::string why = refuse_size(reader.width, reader.height, texels_left); !why.empty())

@@ -41,27 +41,42 @@ void add_needs(std::vector<Need>& needs, std::size_t index, const MaterialUse& m
 
 }  // namespace
 
+bool reads_tables(const MaterialUse& material) {
+    return !material.unlit && material.measured.empty();
+}
+
 std::vector<Need> needs_of(const SceneUse& scene) {
     std::vector<Need> needs;
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const MaterialUse& material = scene.materials[i];
-        if (!material.unlit && material.measured.empty()) add_needs(needs, i, material);
+        if (reads_tables(material)) add_needs(needs, i, material);
     }
     return needs;
 }
 
-bool any_of(const std::vector<Need>& needs, std::initializer_list<Lobe> lobes) {
-    return std::any_of(needs.begin(), needs.end(), [&](const Need& need) {
-        return std::find(lobes.begin(), lobes.end(), need.lobe) != lobes.end();
-    });
+std::vector<Need> needs_with(const std::vector<Need>& needs, std::initializer_list<Lobe> lobes) {
+    std::vector<Need> found;
+    for (const Need& need : needs)
+        if (std::find(lobes.begin(), lobes.end(), need.lobe) != lobes.end()) found.push_back(need);
+    return found;
 }
 
 bool diffuse_needs_table(DiffuseModel model) { return model > DiffuseModel::lambert; }
 
 bool is_mirror(const Range& roughness) { return roughness.lo == 0 && roughness.hi == 0; }
 
+bool is_row(const Range& piece) { return piece.fixed(); }
+
+bool is_part(const Range& piece, double full_lo) {
+    return !is_row(piece) && (piece.lo > full_lo || piece.hi < 1);
+}
+
+std::size_t equal_tables(std::size_t need_count, std::size_t piece_count) {
+    return need_count > piece_count ? need_count - piece_count : 0;
+}
+
 std::int64_t rows_of(const Range& piece, std::int64_t rows_full) {
-    if (piece.fixed()) return 1;
+    if (is_row(piece)) return 1;
     const double steps = (piece.hi - piece.lo) * static_cast<double>(rows_full - 1);
     return std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(steps)) + 1, 2,
                                     std::max<std::int64_t>(rows_full, 2));
@@ -78,11 +93,10 @@ std::vector<Range> roughness_pieces(std::vector<Range> used, std::int64_t rows_f
         else
             pieces.push_back({range.lo, range.hi});
     }
-    const auto isolated = [](const Range& piece) { return piece.fixed(); };
-    const auto first = std::find_if(pieces.begin(), pieces.end(), isolated);
-    const auto count = std::count_if(pieces.begin(), pieces.end(), isolated);
+    const auto first = std::find_if(pieces.begin(), pieces.end(), is_row);
+    const auto count = std::count_if(pieces.begin(), pieces.end(), is_row);
     if (count < 2) return pieces;
-    const auto last = std::find_if(pieces.rbegin(), pieces.rend(), isolated);
+    const auto last = std::find_if(pieces.rbegin(), pieces.rend(), is_row);
     const Range all{first->lo, last->hi};
     if (count <= static_cast<std::ptrdiff_t>(kRowsMax) && count <= rows_of(all, rows_full))
         return pieces;
@@ -158,6 +172,16 @@ double multiscatter_most(const std::vector<Need>& needs, Multiscatter model) {
         }
     }
     return most;
+}
+
+bool compensation_is_invisible(const std::vector<Need>& needs, Multiscatter model,
+                               PixelType pixel) {
+    return multiscatter_most(needs, model) <= half_quantum(pixel);
+}
+
+bool reads_average(Multiscatter model, const std::optional<Reflectance>& one) {
+    return (model == Multiscatter::kulla_conty || model == Multiscatter::kulla_conty_linear) &&
+           !one;
 }
 
 MeasuredUse measured_use(const SceneUse& scene) {

@@ -28,11 +28,15 @@ struct Need {
     bool f0_known = true;  ///< false where F0 depends on more than the colours (a thin film)
 };
 
-/// Every lobe that a table can serve, material by material; none of an unlit or measured one.
+/// An unlit material is its colour, and measured data takes the place of lobes: neither reads a
+/// table.
+bool reads_tables(const MaterialUse& material);
+
+/// Every lobe that a table can serve, material by material, of those that read tables.
 std::vector<Need> needs_of(const SceneUse& scene);
 
-/// "No sheen in the scene, no table of sheen": true where some need has one of the lobes.
-bool any_of(const std::vector<Need>& needs, std::initializer_list<Lobe> lobes);
+/// "No sheen in the scene, no table of sheen": the needs that have one of the lobes.
+std::vector<Need> needs_with(const std::vector<Need>& needs, std::initializer_list<Lobe> lobes);
 
 /// Diffuse models whose albedo is their colour at every angle need no table.
 bool diffuse_needs_table(DiffuseModel model);
@@ -44,6 +48,15 @@ bool is_mirror(const Range& roughness);
 /// value within a range is part of it, one that stands alone is a row. Isolated values become one
 /// range where they are more than kRowsMax or than the rows that a range of `rows_full` takes.
 std::vector<Range> roughness_pieces(std::vector<Range> used, std::int64_t rows_full);
+
+/// One roughness: a row takes the place of the table.
+bool is_row(const Range& piece);
+
+/// The axis runs over a range, and ends before the full one does, which starts at `full_lo`.
+bool is_part(const Range& piece, double full_lo);
+
+/// Tables that lobes would have for themselves alone and that are pieces which others read too.
+std::size_t equal_tables(std::size_t need_count, std::size_t piece_count);
 
 /// Rows that keep the step of a full axis of `rows_full` nodes over [0, 1]: 1 for a value.
 std::int64_t rows_of(const Range& piece, std::int64_t rows_full);
@@ -61,6 +74,13 @@ double deficit_most(double roughness);
 
 /// At least what compensation adds to any of these needs at any NoV.
 double multiscatter_most(const std::vector<Need>& needs, Multiscatter model);
+
+/// What compensation adds to these needs is at most half a step of the pixel type.
+bool compensation_is_invisible(const std::vector<Need>& needs, Multiscatter model, PixelType pixel);
+
+/// E_avg is read by Kulla and Conty's compensation of tables that hold A and B: where one channel
+/// holds a reflectance, the compensation is in it, or, at F = 1, gives back all that is missing.
+bool reads_average(Multiscatter model, const std::optional<Reflectance>& one);
 
 /// Ids of measured materials that something uses, each once, and of those that nothing does.
 struct MeasuredUse {

@@ -17,7 +17,8 @@ namespace {
 constexpr std::array<std::string_view, kLobeCount> kLobeWords = {
     "metal",     "dielectric",   "specular_glossiness",  "diffuse",    "sheen",
     "clearcoat", "transmission", "diffuse_transmission", "anisotropy", "iridescence"};
-constexpr std::array<std::string_view, 3> kOriginWords = {"factor", "texels", "texture"};
+constexpr std::array<std::string_view, 4> kOriginWords = {"factor", "texels", "texture",
+                                                          "animation"};
 
 std::string summary(const std::vector<Problem>& problems) {
     if (problems.empty()) return "the scene is not valid";

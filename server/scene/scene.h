@@ -44,9 +44,10 @@ class LobeSet {
 
 /// Where a range is known from.
 enum class Origin {
-    factor,   ///< a number of the material
-    texels,   ///< the texels of an image that was there
-    texture,  ///< a texture whose image was not there: everything that its factor allows
+    factor,     ///< a number of the material
+    texels,     ///< the texels of an image that was there
+    texture,    ///< a texture whose image was not there: everything that its factor allows
+    animation,  ///< of a factor that an animation moves: everything it may be
 };
 std::string_view to_word(Origin origin);
 

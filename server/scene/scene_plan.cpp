@@ -29,11 +29,6 @@ std::string counted(std::size_t count, const std::string& noun) {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-bool reads_specular(Lobe lobe) {
-    return lobe == Lobe::metal || lobe == Lobe::dielectric || lobe == Lobe::specular_glossiness ||
-           lobe == Lobe::clearcoat;
-}
-
 class Planner {
   public:
     Planner(SceneUse scene, const PlanOptions& options)
@@ -75,13 +70,13 @@ class Planner {
             plan_.full.push_back(std::move(table));
         };
         add("specular", TableKind::specular, all);
-        if (needs_average()) add("average", TableKind::average, all);
+        if (reads_average({})) add("average", TableKind::average, all);
         add("sheen", TableKind::sheen, {kSheenRoughnessLeast, 1});
         if (rules::diffuse_needs_table(options_.diffuse)) add("diffuse", TableKind::diffuse, all);
     }
 
-    bool needs_average() const {
-        return options_.multiscatter == kulla_conty || options_.multiscatter == kulla_conty_linear;
+    bool reads_average(const std::optional<rules::Reflectance>& one) const {
+        return rules::reads_average(options_.multiscatter, one);
     }
 
     void tell_unlit() {
@@ -125,30 +120,31 @@ class Planner {
     void tell_pieces(const std::string& name, const std::vector<Range>& pieces,
                      std::size_t need_count, double full_lo) {
         for (const Range& piece : pieces) {
-            if (piece.fixed())
+            if (rules::is_row(piece))
                 leave("row", name + ": every roughness but " + text_of(piece.lo),
                       "nothing reads another near it; one row takes the place of a table");
-            else if (piece.lo > full_lo || piece.hi < 1)
+            else if (rules::is_part(piece, full_lo))
                 leave("range", name + ": roughness outside " + text_of(piece),
                       "nothing reads it; the axis runs over that range alone");
         }
-        if (need_count > pieces.size() && !pieces.empty())
-            leave("equal", name + ": " + counted(need_count - pieces.size(), "further table"),
+        const std::size_t equal = rules::equal_tables(need_count, pieces.size());
+        if (equal > 0)
+            leave("equal", name + ": " + counted(equal, "further table"),
                   std::to_string(need_count) + " lobes of materials read " +
                       (pieces.size() == 1 ? "the same one"
-                                          : "the same " + std::to_string(pieces.size())));
+                                          : std::to_string(pieces.size()) + " between them"));
     }
 
     void plan_specular() {
         std::vector<Need> needs, mirrors;
-        for (const Need& need : needs_) {
-            if (!reads_specular(need.lobe)) continue;
+        for (const Need& need : rules::needs_with(
+                 needs_,
+                 {Lobe::metal, Lobe::dielectric, Lobe::specular_glossiness, Lobe::clearcoat}))
             (rules::is_mirror(need.roughness) ? mirrors : needs).push_back(need);
-        }
         if (needs.empty() && mirrors.empty()) {
             leave("no_specular", "split sum A, B",
                   "no lit surface of the scene has a specular lobe");
-            if (needs_average()) leave("no_specular", "average albedo", "nothing reads it");
+            if (reads_average({})) leave("no_specular", "average albedo", "nothing reads it");
             return;
         }
         std::vector<Range> used;
@@ -165,23 +161,25 @@ class Planner {
         }
         tell_pieces("specular", pieces, needs.size(), 0);
         for (const Range& piece : pieces) add_specular(piece, needs_within(needs, piece));
-        if (pieces.empty() && needs_average())
+        if (pieces.empty() && reads_average({}))
             leave("average", "average albedo", "a mirror has nothing to compensate");
     }
 
     void add_specular(const Range& piece, const std::vector<Need>& needs) {
         const std::string place = "specular, roughness " + text_of(piece);
         PlanOptions options = options_;
-        const double added = rules::multiscatter_most(needs, options.multiscatter);
-        if (options.multiscatter != none && added <= rules::half_quantum(options.pixel)) {
+        if (options.multiscatter != none &&
+            rules::compensation_is_invisible(needs, options.multiscatter, options.pixel)) {
             leave("multiscatter", place + ": compensation of multiple scattering",
-                  "it adds at most " + text_of(added) + ", and half a step of " +
-                      std::string(to_word(options.pixel)) + " pixels is " +
-                      text_of(rules::half_quantum(options.pixel)));
+                  "it adds at most " +
+                      text_of(rules::multiscatter_most(needs, options.multiscatter)) +
+                      ", and half a step of " + std::string(to_word(options.pixel)) +
+                      " pixels is " + text_of(rules::half_quantum(options.pixel)));
             options.multiscatter = none;
         }
         const bool compensated = options.multiscatter != none;
-        if (const auto one = rules::one_reflectance(needs)) {
+        const auto one = rules::one_reflectance(needs);
+        if (one) {
             const bool white = *one == rules::Reflectance{1, 1};
             leave("one_reflectance", place + ": one of the channels A, B",
                   "every lobe there has F0 = " + text_of(one->f0) + ", F90 = " + text_of(one->f90) +
@@ -191,7 +189,7 @@ class Planner {
                 add_table("specular", table_job(TableKind::specular, piece, options, one), needs);
             give(needs, white && compensated ? Reading::all_reflected : Reading::one_channel,
                  table);
-            if (compensated && needs_average())
+            if (compensated && reads_average({}) && !reads_average(one))
                 leave("average", place + ": average albedo",
                       white ? "F = 1 gives back all that is missing"
                             : "the compensation is in the table");
@@ -200,11 +198,11 @@ class Planner {
         const std::size_t table =
             add_table("specular", table_job(TableKind::specular, piece, options, {}), needs);
         std::optional<std::size_t> average;
-        if (compensated && needs_average())
+        if (compensated && reads_average(one))
             average =
                 add_table("average", table_job(TableKind::average, piece, options, {}), needs);
         give(needs, Reading::two_channels, table, average, options.multiscatter);
-        if (!compensated && options_.multiscatter != none && needs_average())
+        if (!compensated && reads_average(one))
             leave("average", place + ": average albedo", "compensation alone reads it");
     }
 
@@ -212,8 +210,7 @@ class Planner {
         std::vector<Need> needs;
         std::vector<Range> used;
         bool below = false;
-        for (Need need : needs_) {
-            if (need.lobe != Lobe::sheen) continue;
+        for (Need need : rules::needs_with(needs_, {Lobe::sheen})) {
             below |= need.roughness.lo < kSheenRoughnessLeast;
             for (double* end : {&need.roughness.lo, &need.roughness.hi})
                 *end = std::max(*end, kSheenRoughnessLeast);
@@ -238,16 +235,12 @@ class Planner {
     }
 
     void plan_diffuse() {
-        std::vector<Need> needs;
+        const std::vector<Need> needs = rules::needs_with(needs_, {Lobe::diffuse});
         std::vector<Range> used;
-        for (const Need& need : needs_) {
-            if (need.lobe != Lobe::diffuse) continue;
-            needs.push_back(need);
-            used.push_back(need.roughness);
-        }
+        for (const Need& need : needs) used.push_back(need.roughness);
         if (needs.empty())
             return leave("no_diffuse", "diffuse tables",
-                         rules::any_of(needs_, {Lobe::metal})
+                         !rules::needs_with(needs_, {Lobe::metal}).empty()
                              ? "every lit surface of the scene is a metal or lets light through"
                              : "nothing in the scene is diffuse");
         if (!rules::diffuse_needs_table(options_.diffuse)) {

@@ -22,8 +22,8 @@ struct PlanOptions {
     PixelType pixel = PixelType::half;
 };
 
-/// Before anything is baked. Seconds are those of integration alone at nominal rates; bytes those
-/// of uncompressed texels.
+/// Before anything is baked. Evaluations are those that the engine will count; seconds those of
+/// integration alone at nominal rates; bytes those of uncompressed texels.
 struct Estimate {
     std::uint64_t evaluations = 0, bytes = 0;
     double seconds = 0;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/spec/axis_value.h"
 #include "server/spec/channels.h"
+#include "server/spec/deficit.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -99,6 +101,29 @@ JobSpec table_job(TableKind kind, const Range& piece, const PlanOptions& options
     }
 }
 
+namespace {
+
+/// Texels whose deficit is drawn by log-uniform tangents, beside everything else: the engine draws
+/// there twice.
+std::uint64_t texels_drawn_twice(const JobSpec& job) {
+    const bool asked = job.quantities[0] == Quantity::compensated_albedo &&
+                       (job.multiscatter == Multiscatter::kulla_conty ||
+                        job.multiscatter == Multiscatter::kulla_conty_linear);
+    if (!asked) return 0;
+    std::uint64_t count = 0;
+    for (std::int64_t y = 0; y < job.resolution[1]; ++y) {
+        const double alpha = alpha_from_roughness(axis_value(job.axes[1], y, job.resolution[1]));
+        for (std::int64_t x = 0; x < job.resolution[0]; ++x) {
+            const double NoV = axis_value(job.axes[0], x, job.resolution[0]);
+            const double expected = expected_deficit(job.masking, NoV, alpha);
+            count += better_by_log_tangents(alpha, expected, false) ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+}  // namespace
+
 Estimate estimate_of(const JobSpec& job) {
     Estimate estimate;
     const bool averaged =
@@ -108,6 +133,7 @@ Estimate estimate_of(const JobSpec& job) {
     std::uint64_t places = texels;
     if (averaged && job.resolution.size() > 1)
         places = static_cast<std::uint64_t>(job.resolution[1]);
+    places += texels_drawn_twice(job);
     estimate.evaluations = places * static_cast<std::uint64_t>(job.sample_count);
     estimate.bytes = texels * channels_of(job).size() * pixel_bytes(job.pixel);
     const bool ggx =

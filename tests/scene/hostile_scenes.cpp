@@ -143,6 +143,11 @@ void add_structure(std::vector<HostileScene>& all) {
             "/extensionsRequired");
     invalid("a required extension that is a number", rest(R"("extensionsRequired":[1])"),
             "/extensionsRequired/0");
+    invalid("animations are a number", rest(R"("animations":1)"), "/animations");
+    invalid("an animation's pointer is a list",
+            rest(R"("animations":[{"channels":[{"target":{"extensions":{)"
+                 R"("KHR_animation_pointer":{"pointer":[]}}}}]}])"),
+            "/animations/0/channels/0/target/extensions/KHR_animation_pointer/pointer");
     invalid("a mapping to no material",
             rest(R"("extensions":{"KHR_materials_variants":{"variants":[{"name":"a"}]}},)"
                  R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)"

@@ -24,6 +24,9 @@ std::string jpeg_of(std::uint32_t width, std::uint32_t height,
 /// document, each followed by a comma.
 std::string scene_of(const std::string& material, const std::string& rest = "");
 
+/// Sound scenes of every kind, for damage to start from.
+std::vector<std::string> sound_scenes();
+
 struct HostileScene {
     std::string name, bytes;
     std::string code;     ///< of the error that is due; "" where the scene is to be read

@@ -229,6 +229,54 @@ TEST(Gltf, AVariantByNameTakesThePlaceOfTheDefault) {
     EXPECT_THROW(read_scene(text, {.scene = "", .variant = "green"}), InvalidScene);
 }
 
+// A glTF of material 0 whose numbers at these pointers are moved by an animation.
+std::string animated(const std::string& material, const std::vector<std::string>& pointers) {
+    std::string channels;
+    for (const std::string& pointer : pointers)
+        channels += (channels.empty() ? "" : ",") +
+                    (R"({"target":{"path":"pointer","extensions":{"KHR_animation_pointer":{)"
+                     R"("pointer":"/materials/0/)" +
+                     pointer + R"("}}}})");
+    return scene_of(material, R"("animations":[{"channels":[)" + channels + "]}],");
+}
+
+TEST(Gltf, WhatAnAnimationMovesIsEveryValueItMayBe) {
+    const std::string dielectric = R"({"pbrMetallicRoughness":{"metallicFactor":0,
+        "roughnessFactor":0.5},"extensions":{"KHR_materials_sheen":{},
+        "KHR_materials_ior":{"ior":1.4},"KHR_materials_specular":{"specularFactor":0.25}}})";
+    const MaterialUse still = only(animated(dielectric, {"name"}));
+    EXPECT_EQ(still.roughness, (Range{0.5, 0.5}));
+    EXPECT_TRUE(still.notes.empty());
+    const MaterialUse moved = only(animated(dielectric, {"pbrMetallicRoughness/roughnessFactor"}));
+    EXPECT_EQ(moved.roughness, (Range{0, 1, Origin::animation}));
+    ASSERT_EQ(moved.notes.size(), 1u);
+    EXPECT_NE(moved.notes[0].find("an animation moves it"), std::string::npos);
+    EXPECT_EQ(lobes_of(only(animated(dielectric, {"pbrMetallicRoughness/metallicFactor"}))),
+              "metal dielectric diffuse");
+    const std::string more = "extensions/KHR_materials_";
+    EXPECT_EQ(lobes_of(only(animated(dielectric, {more + "sheen/sheenColorFactor"}))),
+              "dielectric diffuse sheen");
+    const MaterialUse index = only(animated(dielectric, {more + "ior/ior"}));
+    EXPECT_EQ(index.f0[0], (Range{0, 0.25, Origin::animation}));
+    const MaterialUse tint = only(animated(dielectric, {more + "specular/specularColorFactor"}));
+    EXPECT_EQ(tint.f0[2], (Range{0, 0.25, Origin::animation}));
+    EXPECT_EQ(tint.f90, (Range{0.25, 0.25}));
+    const MaterialUse metal =
+        only(animated(R"({"pbrMetallicRoughness":{}})", {"pbrMetallicRoughness/baseColorFactor"}));
+    EXPECT_EQ(metal.metal_f0[1], (Range{0, 1, Origin::animation}));
+}
+
+TEST(Gltf, MaterialExtensionsThatAreNotKnownAreWarnedOf) {
+    const auto warnings = [](const std::string& lists) {
+        return read_scene(scene_of("{}", lists), {}).warnings.size();
+    };
+    EXPECT_EQ(warnings(R"("extensionsUsed":["KHR_materials_sheen","EXT_weather"],)"), 0u);
+    EXPECT_EQ(warnings(R"("extensionsUsed":["XYZ_materials_fur"],)"), 1u);
+    EXPECT_EQ(warnings(R"("extensionsUsed":["XYZ_materials_fur"],)"
+                       R"("extensionsRequired":["XYZ_materials_fur","EXT_weather"],)"),
+              2u);
+}
+
 TEST(Gltf, NamesAreCutBetweenCharacters) {
     std::string name(255, 'n');
     const MaterialUse use = only(scene_of("{\"name\":\"" + name + "\u00e4\u00e4\"}"));

@@ -243,6 +243,75 @@ TEST(GroundTruth, EverySceneIsMetExactly) {
     }
 }
 
+struct LobeRoughness {
+    std::string file;
+    Lobe lobe;
+    Numbers values{};      ///< of factors
+    bool texture = false;  ///< and all of [0, 1]
+};
+
+/// Every lobe of every scene that has a roughness.
+std::vector<LobeRoughness> roughness_by_lobe() {
+    using enum Lobe;
+    const Numbers coats = {0.029999999329447746, 0.4399999976158142, 0.6000000238418579,
+                           0.8999999761581421};
+    return {{"SheenCloth.gltf", metal, {}, true},
+            {"SheenCloth.gltf", dielectric, {}, true},
+            {"SheenCloth.gltf", sheen, {}, true},
+            {"ClearCoatTest.gltf", dielectric, coats, true},
+            {"ClearCoatTest.gltf", clearcoat, {0.03}, true},
+            {"AnisotropyBarnLamp.gltf", metal, {}, true},
+            {"AnisotropyBarnLamp.gltf", dielectric, {0, 0.7}, true},
+            {"AnisotropyBarnLamp.gltf", transmission, {0}},
+            {"AnisotropyBarnLamp.gltf", clearcoat, {0.15}},
+            {"SpecGlossVsMetalRough.gltf", metal, {}, true},
+            {"SpecGlossVsMetalRough.gltf", dielectric, {1}, true},
+            // Material 3 has a factor and no texture: 1 − 0.
+            {"SpecGlossVsMetalRough.gltf", specular_glossiness, {1}, true},
+            {"GlamVelvetSofa.gltf", metal, {0.4}},
+            {"GlamVelvetSofa.gltf", dielectric, {0.4, 0.7}},
+            {"GlamVelvetSofa.gltf", sheen, {0.6}},
+            {"DiffuseTransmissionTeacup.gltf", metal, {}, true},
+            {"DiffuseTransmissionTeacup.gltf", dielectric, {}, true},
+            {"00-metal-roughness-0.40.gltf", metal, {0.4}},
+            {"MultipleScenes.gltf", metal, {1}},
+            {"Compatibility_05.gltf", metal, {1}}};
+}
+
+TEST(GroundTruth, RoughnessByLobe) {
+    const std::filesystem::path folder = scenes_folder();
+    if (folder.empty()) GTEST_SKIP() << "no folder of public scenes; KILN_SCENES may name one";
+    const std::vector<LobeRoughness> truth = roughness_by_lobe();
+    std::size_t met = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() != ".gltf") continue;
+        std::ifstream file(entry.path(), std::ios::binary);
+        const SceneUse scene =
+            read_scene(std::string(std::istreambuf_iterator<char>(file), {}), {});
+        for (const Lobe lobe : {Lobe::metal, Lobe::dielectric, Lobe::specular_glossiness,
+                                Lobe::transmission, Lobe::sheen, Lobe::clearcoat}) {
+            Taken taken;
+            bool any = false;
+            for (const MaterialUse& material : scene.materials) {
+                if (!material.lobes.has(lobe)) continue;
+                any = true;
+                taken.add(lobe == Lobe::sheen       ? material.sheen_roughness
+                          : lobe == Lobe::clearcoat ? material.clearcoat_roughness
+                                                    : material.roughness);
+            }
+            SCOPED_TRACE(entry.path().filename().string() + " " + std::string(to_word(lobe)));
+            const auto row = std::find_if(truth.begin(), truth.end(), [&](const auto& known) {
+                return known.file == entry.path().filename() && known.lobe == lobe;
+            });
+            EXPECT_EQ(any, row != truth.end());
+            if (row == truth.end()) continue;
+            ++met;
+            expect_taken(taken, row->values, row->texture ? 1 : -1);
+        }
+    }
+    EXPECT_EQ(met, truth.size());
+}
+
 // The row of GlamVelvetSofa.gltf over all variants.
 TEST(GroundTruth, VariantsOnRequest) {
     const std::filesystem::path folder = scenes_folder();

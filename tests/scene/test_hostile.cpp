@@ -64,36 +64,12 @@ TEST(Hostile, AnImageThatCannotBeReadStandsForEveryValueAndIsNoted) {
     }
 }
 
-/// Sound scenes of every kind, for damage to start from.
-std::vector<std::string> seeds() {
-    const std::string png = test::png_of(4, 4, std::vector<unsigned char>(64, 99));
-    const std::string jpeg = test::jpeg_of(8, 8, std::vector<unsigned char>(256, 50));
-    const std::string textured = R"({"name":"x","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,1],
-        "metallicRoughnessTexture":{"index":0},"baseColorTexture":{"index":1}},"extensions":{
-        "KHR_materials_sheen":{"sheenColorFactor":[1,0,0],"sheenRoughnessFactor":0.5},
-        "KHR_materials_clearcoat":{"clearcoatFactor":1,"clearcoatRoughnessFactor":0.1},
-        "KHR_materials_ior":{"ior":1.4},"KHR_materials_specular":{"specularFactor":0.5}}})";
-    const std::string binary = png + jpeg;
-    const std::string views =
-        R"("textures":[{"source":0},{"source":1}],"images":[{"bufferView":0},{"bufferView":1}],)"
-        R"("bufferViews":[{"buffer":0,"byteLength":)" +
-        std::to_string(png.size()) + R"(},{"buffer":0,"byteOffset":)" + std::to_string(png.size()) +
-        R"(,"byteLength":)" + std::to_string(jpeg.size()) + R"(}],"buffers":[{"byteLength":)" +
-        std::to_string(binary.size()) + "}],";
-    return {test::glb_of(test::scene_of(textured, views), binary),
-            test::scene_of(R"({"pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0}}})",
-                           R"("textures":[{"source":0}],"images":[{"uri":"data:image/png;base64,)" +
-                               test::base64(png) + "\"}],"),
-            R"({"materials":[{"name":"a","lobes":["metal","sheen"],"roughness":[0.2,0.4],)"
-            R"("sheen_roughness":0.5,"metal_f0":[1,0.5,0.2]},{"measured":"m","used":false}]})"};
-}
-
 // KILN_FUZZ_ROUNDS=1000000 is the long form; every round is a function of its number alone.
 TEST(Hostile, DamagedScenesAreReadOrRefused) {
     const char* given = std::getenv("KILN_FUZZ_ROUNDS");
     const std::uint64_t rounds = given != nullptr ? std::strtoull(given, nullptr, 10) : 4000;
     std::uint64_t read = 0, refused = 0;
-    const auto scenes = seeds();
+    const auto scenes = test::sound_scenes();
     for (std::uint64_t round = 0; round < rounds; ++round) {
         const std::string bytes = test::mutated(scenes[round % scenes.size()], round);
         SCOPED_TRACE(round);

@@ -45,8 +45,17 @@ TEST(Rules, OnlyLitLobesOfUsedMaterialsNeedAnything) {
     // One number to a 32-bit exporter, one to the plan.
     EXPECT_EQ(needs[0].roughness.lo, needs[1].roughness.lo);
     EXPECT_EQ(needs[1].f0[0].lo, 0.04);
-    EXPECT_TRUE(any_of(needs, {Lobe::sheen, Lobe::metal}));
-    EXPECT_FALSE(any_of(needs, {Lobe::sheen, Lobe::diffuse}));
+    EXPECT_TRUE(reads_tables(lit));
+    EXPECT_FALSE(reads_tables(unlit));
+    EXPECT_FALSE(reads_tables(measured));
+}
+
+TEST(Rules, NoNeedOfALobeNoTableOfIt) {
+    const std::vector<Need> needs{need_of(Lobe::metal, {0, 1}), need_of(Lobe::sheen, {0, 1}),
+                                  need_of(Lobe::metal, {1, 1})};
+    EXPECT_EQ(needs_with(needs, {Lobe::metal}).size(), 2u);
+    EXPECT_EQ(needs_with(needs, {Lobe::sheen, Lobe::diffuse}).at(0).lobe, Lobe::sheen);
+    EXPECT_TRUE(needs_with(needs, {Lobe::diffuse, Lobe::clearcoat}).empty());
 }
 
 TEST(Rules, AFilmLeavesTheReflectanceOpenButNotTheCoats) {
@@ -59,6 +68,33 @@ TEST(Rules, AFilmLeavesTheReflectanceOpenButNotTheCoats) {
     ASSERT_EQ(needs.size(), 2u);
     EXPECT_FALSE(one_reflectance({needs[0]}));
     EXPECT_TRUE(one_reflectance({needs[1]}));
+}
+
+TEST(Rules, APieceIsARowAPartOrTheWholeAxis) {
+    EXPECT_TRUE(is_row({0.4, 0.4}));
+    EXPECT_FALSE(is_row({0.4, 0.41}));
+    EXPECT_TRUE(is_part({0.4, 0.7}, 0));
+    EXPECT_TRUE(is_part({0, 0.9}, 0));
+    EXPECT_FALSE(is_part({0, 1}, 0));
+    EXPECT_FALSE(is_part({0.07, 1}, 0.07));
+    EXPECT_FALSE(is_part({0.4, 0.4}, 0));
+}
+
+TEST(Rules, EqualTablesAreOne) {
+    EXPECT_EQ(equal_tables(5, 2), 3u);
+    EXPECT_EQ(equal_tables(1, 1), 0u);
+    // A range and a value within it are one piece; two values far apart are none.
+    EXPECT_EQ(equal_tables(2, roughness_pieces({{0.2, 0.6}, {0.4, 0.4}}, kRows).size()), 1u);
+    EXPECT_EQ(equal_tables(2, roughness_pieces({{0.2, 0.2}, {0.9, 0.9}}, kRows).size()), 0u);
+}
+
+TEST(Rules, TheAverageIsReadBesideAAndBAlone) {
+    const Reflectance white{1, 1};
+    EXPECT_TRUE(reads_average(Multiscatter::kulla_conty, {}));
+    EXPECT_TRUE(reads_average(Multiscatter::kulla_conty_linear, {}));
+    EXPECT_FALSE(reads_average(Multiscatter::kulla_conty, white));
+    EXPECT_FALSE(reads_average(Multiscatter::turquin, {}));
+    EXPECT_FALSE(reads_average(Multiscatter::none, {}));
 }
 
 TEST(Rules, OneRoughnessIsOneRow) {
@@ -194,6 +230,9 @@ TEST(Rules, CompensationBelowHalfAQuantumIsInvisible) {
     EXPECT_GT(most(0.1, {1, 1}), byte);
     EXPECT_EQ(most(0, {1, 1}), 0);
     EXPECT_EQ(multiscatter_most({need_of(Lobe::metal, {0, 1}, {1, 1})}, Multiscatter::none), 0);
+    const std::vector<Need> needs{need_of(Lobe::dielectric, {0.5, 0.5})};
+    EXPECT_TRUE(compensation_is_invisible(needs, Multiscatter::kulla_conty, PixelType::uint8));
+    EXPECT_FALSE(compensation_is_invisible(needs, Multiscatter::kulla_conty, PixelType::half));
 }
 
 TEST(Rules, MeasuredMaterialsThatNothingUsesAreNamed) {

@@ -9,7 +9,7 @@ from source import cpp_functions, includes, python_functions
 
 CPP = (".cpp", ".h", ".cl")
 SCRIPTS = (".py", ".sh", ".cmake", "CMakeLists.txt", ".ci/run", "deploy/apt-packages.txt",
-           "deploy/apt-packages-test.txt")
+           "deploy/apt-packages-test.txt", "deploy/apt-packages-fuzz.txt")
 
 
 def fits(path, pattern):

@@ -81,7 +81,7 @@ HEAVY_HEADERS = {
     "sqlite3.h": ["server/store/sqlite.cpp", "tests/store/test_sqlite_job_store.cpp"],
     "pugixml.hpp": ["server/measured/lbnl_xml.cpp"],
     "openssl/*": ["server/base/sha256.cpp"],
-    "png.h": ["server/image/png_read.cpp", "server/image/png_write.cpp",
+    "png.h": ["server/base/png_input.cpp", "server/image/png_read.cpp", "server/image/png_write.cpp",
               "server/scene/png_texels.cpp", "tests/scene/made_images.cpp"],
     "jpeglib.h": ["server/scene/jpeg_texels.cpp", "tests/scene/made_images.cpp"],
     "Imf*": ["server/image/exr_read.cpp", "server/image/exr_write.cpp",
@@ -99,5 +99,6 @@ KERNEL_TESTS = {
     "ray.h": ["tests/compute/test_quadrature.cpp"],
 }
 
-PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt"]
+PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt",
+                 "deploy/apt-packages-fuzz.txt"]
 PACKAGE_INSTALLER = "deploy/install-packages.sh"
