@@ -117,7 +117,8 @@ class Even {
                                std::size_t batches_done) {
         const std::size_t n = replicates.completed();
         const bool half_done = set.replicate_of_batch[batches_done - 1] == n;
-        return !half_done && (n == set.replicate_sizes.size() || (n >= kTraceReplicates && (n & (n - 1)) == 0));
+        return !half_done &&
+               (n == set.replicate_sizes.size() || (n >= kTraceReplicates && (n & (n - 1)) == 0));
     }
 
     ErrorSummary summary(const Replicates& replicates) const {

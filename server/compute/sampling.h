@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-/// Samples a device call may take: as many as the longest batch of a block. That is milliseconds, so
-/// that cancelling, progress and a budget of time are prompt, and the sums that it hands over are
-/// still in cache when they are added up.
+/// Samples a device call may take: as many as the longest batch of a block. That is milliseconds,
+/// so that cancelling, progress and a budget of time are prompt, and the sums that it hands over
+/// are still in cache when they are added up.
 inline std::uint64_t launch_samples(const Backend& backend) {
     return backend.block_places() * kBatchPointsMax;
 }
