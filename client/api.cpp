@@ -174,6 +174,10 @@ bool Api::cancel(const std::string& id) {
     return true;
 }
 
+void Api::release(const std::string& id) {
+    send(request("DELETE", "/v1/jobs/" + id + "?release=true"));
+}
+
 std::vector<JobStatus> Api::list(const std::string& state, std::size_t count_max) {
     const auto page_max = static_cast<std::size_t>(limits().list_limit_max);
     std::vector<JobStatus> jobs;

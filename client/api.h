@@ -30,6 +30,8 @@ class Api {
     std::string engine();
     /// False: it had finished already.
     bool cancel(const std::string& id);
+    /// Takes one submit() back: others that submitted the same job keep it.
+    void release(const std::string& id);
     /// Newest first; state "" = all; pages are followed until `count_max` are there.
     std::vector<JobStatus> list(const std::string& state, std::size_t count_max);
 

@@ -106,7 +106,7 @@ class RemoteBakery final : public Bakery {
         const auto give_up = std::chrono::steady_clock::now() + 2s;
         Api api(api_.url(), [give_up] { return std::chrono::steady_clock::now() > give_up; });
         for (const JobSpec& job : jobs) try {
-                api.cancel(job_id(job));
+                api.release(job_id(job));
             } catch (const Error&) {
             }
     }

@@ -99,8 +99,21 @@ Exit info(const std::string& path, bool json) {
     return Exit::done;
 }
 
+namespace {
+/// Without the channel that a PNG has beside two quantities.
+Table quantities_of(Decoded image) {
+    Table& table = image.table;
+    if (metadata_value(image, "kiln.unused_channel").empty()) return std::move(table);
+    table.channels.pop_back();
+    table.planes.pop_back();
+    return std::move(table);
+}
+
+}  // namespace
+
 Exit diff(const std::string& a, const std::string& b, double max_error, bool json) {
-    const Comparison comparison = compare(read_image(a).table, read_image(b).table);
+    const Comparison comparison =
+        compare(quantities_of(read_image(a)), quantities_of(read_image(b)));
     const Exit exit = comparison.within(max_error) ? Exit::done : Exit::different;
     if (json) {
         print(difference_json(comparison, max_error));

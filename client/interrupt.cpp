@@ -80,7 +80,7 @@ void Stop::leave() const {
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%g", timeout_s_);
     throw Failure(Exit::timed_out, "timed_out",
-                  "not done within " + std::string(seconds) + " s; the job was cancelled");
+                  "not done within " + std::string(seconds) + " s; nothing was written");
 }
 
 }  // namespace kiln::client

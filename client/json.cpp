@@ -144,6 +144,7 @@ std::optional<Report> read_report(std::string_view text) {
     report.run_time_s = {.queued = number_at(time, "queued").value_or(0),
                          .compile = number_at(time, "compile").value_or(0),
                          .integrate = number_at(time, "integrate").value_or(0),
+                         .assemble = number_at(time, "assemble").value_or(0),
                          .reference = number_at(time, "reference").value_or(0),
                          .encode = number_at(time, "encode").value_or(0),
                          .total = number_at(time, "total").value_or(0)};

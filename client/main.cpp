@@ -83,7 +83,7 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
 
     CLI::App& cancel_command = *app.add_subcommand("cancel", "Cancel a server's job");
     cancel_command
-        .add_option("id", arguments.id, "job id, or enough of its start to be the only one")
+        .add_option("id", arguments.id, "job id, or its first 8 digits or more")
         ->required()
         ->type_name("ID");
     add_server(cancel_command, arguments.server.server);

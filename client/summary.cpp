@@ -62,6 +62,7 @@ std::string phases(const RunTime& time) {
     add("queued", time.queued);
     add("compile", time.compile);
     add("integrate", time.integrate);
+    add("assemble", time.assemble);
     add("check", time.reference);
     add("encode", time.encode);
     return text.empty() ? "" : " (" + text + ")";

@@ -78,6 +78,7 @@ std::string to_json(const Report& r) {
          {{"queued", number("run_time_s.queued", r.run_time_s.queued)},
           {"compile", number("run_time_s.compile", r.run_time_s.compile)},
           {"integrate", number("run_time_s.integrate", r.run_time_s.integrate)},
+          {"assemble", number("run_time_s.assemble", r.run_time_s.assemble)},
           {"reference", number("run_time_s.reference", r.run_time_s.reference)},
           {"encode", number("run_time_s.encode", r.run_time_s.encode)},
           {"total", number("run_time_s.total", r.run_time_s.total)}}},

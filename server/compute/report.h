@@ -36,7 +36,9 @@ struct DeviceReport {
 };
 
 struct RunTime {
-    double queued = 0, compile = 0, integrate = 0, reference = 0, encode = 0, total = 0;
+    double queued = 0, compile = 0, integrate = 0;
+    double assemble = 0;  ///< points, regions, and putting means and errors into the table
+    double reference = 0, encode = 0, total = 0;
 };
 
 struct Work {

@@ -52,7 +52,12 @@ HttpResponse get_job(Service& service, const HttpRequest& request, const std::st
 }
 
 HttpResponse delete_job(Service& service, const HttpRequest& request, const std::string& id) {
-    expect_only(request, {});
+    expect_only(request, {"release"});
+    const auto release = request.query.find("release");
+    if (release != request.query.end() && release->second != "true")
+        throw Error("bad_query", "release: give true, or leave it out");
+    if (release != request.query.end() && !service.release(id))
+        return json_response(200, job_document(service.find(id), false, true));
     const ServiceParts& parts = service.parts();
     const CancelResult result = parts.store.cancel(id);
     if (result == CancelResult::unknown) throw Error("unknown_job", "there is no job with this id");

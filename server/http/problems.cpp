@@ -23,6 +23,7 @@ constexpr std::array kRows{
     Row{"malformed", 400, "Malformed request"},
     Row{"bad_request", 400, "Malformed request"},
     Row{"bad_query", 400, "Malformed query"},
+    Row{"bad_cursor", 400, "Malformed query"},
     Row{"not_found", 404, "Not found"},
     Row{"unknown_job", 404, "No such job"},
     Row{"wrong_extension", 404, "The image has another format"},

@@ -37,6 +37,7 @@ Admitted Service::admit(std::string_view job_text) {
                                       " jobs, which is its limit; try again soon");
     }
     Submitted submitted = parts_.store.submit(id, canonical(spec), parts_.engine, evicted);
+    count_post(id, submitted.created);
     if (submitted.created) {
         ++parts_.metrics.cache_misses;
         parts_.changes.notify(id, Changes::Interest::state);
@@ -45,6 +46,26 @@ Admitted Service::admit(std::string_view job_text) {
         ++parts_.metrics.joined;
     }
     return {std::move(submitted.job), false};
+}
+
+void Service::count_post(const std::string& id, bool first) {
+    // What has ended is forgotten before the list outgrows the jobs that can be live by far.
+    if (posts_.size() > 2 * static_cast<std::size_t>(parts_.settings.queue_max) + 64)
+        std::erase_if(posts_, [this](const auto& entry) {
+            const std::optional<JobRecord> job = parts_.store.get(entry.first);
+            return !job || is_final(job->state);
+        });
+    // A job from before this process started has had a post at least.
+    std::size_t& posts = posts_.try_emplace(id, 1).first->second;
+    posts = first ? 1 : posts + 1;
+}
+
+bool Service::release(const std::string& id) {
+    const std::lock_guard lock(admission_);
+    const auto at = posts_.find(id);
+    if (at != posts_.end() && --at->second > 0) return false;
+    if (at != posts_.end()) posts_.erase(at);
+    return true;
 }
 
 JobRecord Service::wait_for_end(JobRecord job, std::chrono::milliseconds time,

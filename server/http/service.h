@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -56,6 +57,9 @@ class Service {
     /// The job once it has ended, or as it is after `time`, when the client leaves, or at shutdown.
     JobRecord wait_for_end(JobRecord job, std::chrono::milliseconds time,
                            const HttpRequest& request);
+    /// Takes one post of a job back. True where no other post stands: then it may be cancelled.
+    /// Posts are counted since this process started.
+    bool release(const std::string& id);
     /// Throws Error("unknown_job").
     JobRecord find(const std::string& id);
 
@@ -80,7 +84,10 @@ class Service {
 
   private:
     ServiceParts parts_;
-    std::mutex admission_;  ///< between counting the queue and adding to it
+    void count_post(const std::string& id, bool first);
+
+    std::mutex admission_;  ///< between counting the queue and adding to it; of `posts_`
+    std::map<std::string, std::size_t> posts_;  ///< of jobs that had not ended when last looked at
     std::atomic<bool> draining_{false};
     std::atomic<std::size_t> waiting_{0};
 };

@@ -23,6 +23,7 @@ Report full() {
     r.run_time_s = {.queued = 0.5,
                     .compile = 1,
                     .integrate = 2,
+                    .assemble = 0.25,
                     .reference = 0.05,
                     .encode = 0.1,
                     .total = 3.5};
@@ -52,8 +53,8 @@ TEST(Report, IsTheContractsDocument) {
       "device": {"backend": "native", "name": "x86-64-v4", "numerics": "n1",
                  "fallback": "no device"},
       "samples": {"per_texel": 1024, "total": 18446744073709551615, "replicates": 16},
-      "run_time_s": {"queued": 0.5, "compile": 1.0, "integrate": 2.0, "reference": 0.05,
-                     "encode": 0.1, "total": 3.5},
+      "run_time_s": {"queued": 0.5, "compile": 1.0, "integrate": 2.0, "assemble": 0.25,
+                     "reference": 0.05, "encode": 0.1, "total": 3.5},
       "error": {
         "split_sum_scale": {"standard_error_rms": 1e-4, "standard_error_max": 2e-4,
           "reference_rms": 3e-4, "reference_max": 4e-4, "reference_texels": 4096,
@@ -87,6 +88,7 @@ TEST(Report, NonFiniteNumbersAreRefusedByName) {
     const double infinite = std::numeric_limits<double>::infinity();
     const std::vector<std::pair<std::string, void (*)(Report&, double)>> places = {
         {"run_time_s.integrate", [](Report& r, double v) { r.run_time_s.integrate = v; }},
+        {"run_time_s.assemble", [](Report& r, double v) { r.run_time_s.assemble = v; }},
         {"standard_error_max", [](Report& r, double v) { r.error[0].standard_error_max = v; }},
         {"quantisation_max", [](Report& r, double v) { r.error[1].quantisation_max = v; }},
         {"elapsed_s", [](Report& r, double v) { r.trace[0].elapsed_s = v; }},

@@ -127,7 +127,7 @@ class Jobs(ServiceTest):
         self.assertGreaterEqual(len(seen), 3)
         self.assertEqual(len(seen), len(set(seen)))
         for query in ("state=x", "limit=0", "limit=1001", "limit=1e2", "colour=red",
-                      "limit=1&limit=2"):
+                      "limit=1&limit=2", "cursor=zz", "cursor=0"):
             self.assertEqual(self.server.get("/v1/jobs?" + query).status, 400, query)
 
     def test_a_batch_answers_each_job(self):
@@ -234,6 +234,21 @@ class Queue(unittest.TestCase):
             self.assertEqual((again.status, again.json["code"]), (409, "finished"))
             self.assertEqual(server.metric("kiln_worker_restarts_total"), 0)
             self.assertEqual(server.post(ENDLESS).status, 202)  # it may be asked for again
+        finally:
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_job_that_another_posted_too_outlives_a_release(self):
+        server = Server("--device", "native", "--drain-s", "0")
+        try:
+            job = server.post(ENDLESS).json["id"]
+            self.assertEqual(server.post(ENDLESS).json["id"], job)
+            path = f"/v1/jobs/{job}?release="
+            self.assertEqual(server.request("DELETE", path + "1").status, 400)
+            first = server.request("DELETE", path + "true")
+            self.assertEqual(first.status, 200)
+            self.assertIn(first.json["state"], ("queued", "running"))
+            self.assertIn(server.request("DELETE", path + "true").status, (200, 202))
+            wait_until(lambda: server.state(job) == "cancelled")
         finally:
             self.assertEqual(server.stop(), 0)
 
