@@ -58,7 +58,7 @@ def main():
     done.set()
     watcher.join()
     print(f"4096 x 4096 x 4 float     {peak[0]:7.0f} MiB at most (2048 asked)")
-    identity = json.loads(server.request("POST", "/v1/jobs", {**BIG, "sample_count": 65536})[1])["id"]
+    identity = json.loads(server.request("POST", "/v1/jobs", {**BIG, "sample_count": 1024})[1])["id"]
     time.sleep(5)
     busy = mebibytes(pid)
     server.request("DELETE", f"/v1/jobs/{identity}")
