@@ -85,7 +85,7 @@ TEST_P(EveryLobe, AgreesWithQuadratureUnderEverySampler) {
     });
     for (const Importance importance : lobe.importances) {
         JobSpec job = lobe_job(lobe, quantities, importance);
-        if (importance != lobe.importances.front()) job.sample_count = kSamples / 4;
+        if (importance != lobe.importances.front()) job.sample_count = samples() / 4;
         const Outcome outcome = bake(job);
         for (std::size_t channel = 0; channel < truth.size(); ++channel)
             hold(outcome, channel, truth[channel], std::string(to_word(importance)),

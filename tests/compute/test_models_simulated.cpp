@@ -94,7 +94,7 @@ TEST(Simulated, EverySamplerConvergesToTheSame) {
     for (const Sampler sampler : {Sampler::hammersley, Sampler::lattice, Sampler::random}) {
         JobSpec job = simulated({Quantity::diffuse_albedo}, {0.7});
         job.sampler = sampler;
-        job.sample_count = kSamples / 16;
+        job.sample_count = samples() / 16;
         // Plain Monte Carlo: .1 / 2^8 = 4e-4 a standard error.
         hold(bake(job), 0, Truth(job).directional(0.7), std::string(to_word(sampler)), 2e-3);
     }
@@ -128,7 +128,7 @@ TEST(Simulated, ColoursShareTheirWalks) {
 
 TEST(Simulated, UnderASpecularLobe) {
     JobSpec job = simulated({Quantity::total_albedo}, {0.5});
-    job.sample_count = kSamples / 16;
+    job.sample_count = samples() / 16;
     job.coupling = Coupling::view;
     job.fresnel.model = Fresnel::dielectric;
     const auto F = reference::fresnel_dielectric(1.5);
