@@ -161,10 +161,16 @@ class Generator {
     }
 
   private:
+    /// A walk pairs the points of a batch with each other (walk_row() of kernels/ggx_lambert.h), so
+    /// that every batch has to be even in every dimension; i / n is all but the same within one.
+    bool pairs_within_batches() const { return dimensions_ > kDimensions; }
+
     Point halton(std::uint32_t i) const {
         Point point{(i + 0.5) / size_};
         for (std::size_t d = 1; d < dimensions_; ++d)
             point[d] = radical_inverse(i, static_cast<std::uint32_t>(kPrimes[d - 1]));
+        if (pairs_within_batches())
+            point[0] = radical_inverse(i, static_cast<std::uint32_t>(kPrimes[dimensions_ - 1]));
         return point;
     }
 
@@ -177,6 +183,7 @@ class Generator {
         Point point{(i + 0.5) / size_, fraction(i * kGolden), fraction(i * kPlastic)};
         for (std::size_t d = kDimensions; d < dimensions_; ++d)
             point[d] = fraction(i * std::sqrt(kPrimes[d - kDimensions]));
+        if (pairs_within_batches()) point[0] = fraction(i * std::sqrt(kPrimes[dimensions_ - 1]));
         return point;
     }
 
@@ -211,8 +218,8 @@ class Generator {
         return point;
     }
 
-    static constexpr std::array<int, kDimensionsMax - 1> kPrimes = {2,  3,  5,  7,  11, 13,
-                                                                    17, 19, 23, 29, 31, 37};
+    static constexpr std::array<int, kDimensionsMax> kPrimes = {2,  3,  5,  7,  11, 13, 17,
+                                                                19, 23, 29, 31, 37, 41};
     Sampler sampler_;
     std::uint32_t size_;
     std::size_t dimensions_;

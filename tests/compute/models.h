@@ -92,8 +92,8 @@ inline void hold(const Outcome& outcome, std::size_t channel, const Values& trut
                                   << i << ", standard error " << standard_error;
     }
     std::ostringstream figure;
-    figure << label << ' ' << outcome.table.channels[channel] << ": " << most
-           << ", standard error " << most_standard_error;
+    figure << label << ' ' << outcome.table.channels[channel] << ": " << most << ", standard error "
+           << most_standard_error;
     std::string key = "error_" + label + '_' + outcome.table.channels[channel];
     testing::Test::RecordProperty(key, figure.str());
 }

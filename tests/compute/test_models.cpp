@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
 
+#include "server/spec/spec.h"
 #include "server/spec/words.h"
 #include "tests/compute/models.h"
 #include "tests/reference/microfacet_albedo.h"
@@ -129,6 +131,30 @@ std::vector<LobeCase> every_lobe() {
         {Distribution::charlie, Masking::charlie, false, Visibility::charlie, charlie},
         {Distribution::charlie, Masking::charlie, true, Visibility::charlie_softened, charlie},
     };
+}
+
+// A pair that the contract takes and no case holds.
+TEST(Models, EveryLobeOfTheContractIsACase) {
+    std::size_t taken = 0;
+    for (const std::string_view distribution : words<Distribution>())
+        for (const std::string_view masking : words<Masking>()) {
+            try {
+                parse_job(R"({"quantities":["directional_albedo"],"microfacet":{"distribution":")" +
+                          std::string(distribution) + R"(","masking":")" + std::string(masking) +
+                          "\"}}");
+            } catch (const InvalidJob&) {
+                continue;
+            }
+            ++taken;
+            const auto lobes = every_lobe();
+            EXPECT_TRUE(std::any_of(lobes.begin(), lobes.end(),
+                                    [&](const LobeCase& lobe) {
+                                        return to_word(lobe.distribution) == distribution &&
+                                               to_word(lobe.masking) == masking;
+                                    }))
+                << distribution << ' ' << masking;
+        }
+    EXPECT_EQ(taken, 9U);
 }
 
 std::string name_of(const testing::TestParamInfo<LobeCase>& info) {

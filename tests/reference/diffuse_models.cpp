@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace kiln::reference {
 namespace {
@@ -105,6 +107,24 @@ double fon_albedo(double roughness, double NoV) {
     const double S = std::sqrt((1 - NoV) * (1 + NoV));
     const double g = S * (std::acos(NoV) - S * NoV) + 2.0 / 3 * (S / NoV * (1 - S * S * S) - S);
     return (1 + roughness * g / kPi) / (1 + kFon1 * roughness);
+}
+
+DiffuseModel diffuse_model(std::string_view word) {
+    using enum DiffuseModel;
+    const std::pair<std::string_view, DiffuseModel> words[] = {
+        {"lambert", lambert},
+        {"burley", burley},
+        {"oren_nayar", oren_nayar},
+        {"oren_nayar_full", oren_nayar_full},
+        {"fon", fon},
+        {"eon", eon},
+        {"eon_unreal", eon_unreal},
+        {"chan2018", chan2018},
+        {"chan2024", chan2024},
+    };
+    for (const auto& [known, model] : words)
+        if (known == word) return model;
+    throw std::domain_error("reference: no diffuse model " + std::string(word));
 }
 
 double diffuse_brdf(const Diffuse& lobe, double NoV, double NoL, double cos_delta_phi) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
+#include <string_view>
 #include <vector>
 
 /// Diffuse lobes in the spelling of their papers, and their albedos by quadrature over (NoL, phi).
@@ -20,6 +21,9 @@ enum class DiffuseModel {
     chan2018_no_clamp,  ///< the same without Unreal's min(1, lobe)
     chan2024,           ///< perceptual R in [0, 1]. Chan 2024, as in Unreal 5.7
 };
+
+/// The model of a word of job documents. std::domain_error where there is none.
+DiffuseModel diffuse_model(std::string_view word);
 
 struct Diffuse {
     DiffuseModel model;
