@@ -55,6 +55,16 @@ KILN_FUNCTION real diffuse_burley(Directions d, real roughness, scalar albedo) {
     return albedo * (view * light);
 }
 
+// Burley's with its energy renormalised, as Frostbite has it (Lagarde, de Rousiers 2014): FD90 is
+// r / 2 + 2 r VoH², the whole falls to 1 / 1.51 at r = 1.
+KILN_FUNCTION real diffuse_burley_normalized(Directions d, real roughness, scalar albedo) {
+    const real rise = roughness * lane_fma(K(2.0) * d.VoH, d.VoH, lanes(K(0.5))) - K(1.0);
+    const real view = lane_fma(rise, fresnel_schlick_weight(d.NoV), lanes(K(1.0)));
+    const real light = lane_fma(rise, fresnel_schlick_weight(d.NoL), lanes(K(1.0)));
+    const real factor = K(1.0) - K(0.33774834437086093) * roughness;
+    return albedo * (factor * (view * light));
+}
+
 // Oren, Nayar 1994, the qualitative model; roughness is σ in radians. sin α tan β = sinV sinL over
 // the greater cosine.
 KILN_FUNCTION real diffuse_oren_nayar(Directions d, real roughness, scalar albedo) {

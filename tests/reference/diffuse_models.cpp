@@ -33,6 +33,12 @@ double burley(double r, const Pair& p) {
     return (1 + (f90 - 1) * power5(1 - p.NoL)) * (1 + (f90 - 1) * power5(1 - p.NoV)) / kPi;
 }
 
+double burley_normalized(double r, const Pair& p) {
+    const double bias = 0.5 * r, factor = 1 + r * (1 / 1.51 - 1);
+    const double f90 = bias + 2 * p.VoH * p.VoH * r;
+    return factor * (1 + (f90 - 1) * power5(1 - p.NoL)) * (1 + (f90 - 1) * power5(1 - p.NoV)) / kPi;
+}
+
 /// sin(a) tan(b), a the larger and b the smaller of the polar angles.
 double oren_nayar(double sigma, const Pair& p) {
     const double s2 = sigma * sigma;
@@ -114,6 +120,7 @@ DiffuseModel diffuse_model(std::string_view word) {
     const std::pair<std::string_view, DiffuseModel> words[] = {
         {"lambert", lambert},
         {"burley", burley},
+        {"burley_normalized", burley_normalized},
         {"oren_nayar", oren_nayar},
         {"oren_nayar_full", oren_nayar_full},
         {"fon", fon},
@@ -135,6 +142,8 @@ double diffuse_brdf(const Diffuse& lobe, double NoV, double NoL, double cos_delt
             return rho / kPi;
         case DiffuseModel::burley:
             return rho * burley(r, p);
+        case DiffuseModel::burley_normalized:
+            return rho * burley_normalized(r, p);
         case DiffuseModel::oren_nayar:
             return rho * oren_nayar(r, p);
         case DiffuseModel::oren_nayar_full:
