@@ -179,7 +179,8 @@ TEST(Points, EveryBatchOfAWalkSpansTheFirstAzimuth) {
                 least = std::min(least, cosine);
                 most = std::max(most, cosine);
             }
-            // 64 random azimuths all miss the last fifth of the half turn in one of two million batches.
+            // 64 random azimuths all miss the last fifth of the half turn in one of two million
+            // batches.
             EXPECT_LT(least, -0.8) << to_word(sampler);
             EXPECT_GT(most, 0.8) << to_word(sampler);
         }
