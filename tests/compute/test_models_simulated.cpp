@@ -105,10 +105,10 @@ TEST(Simulated, EverySamplerConvergesToTheSame) {
         // Plain Monte Carlo: .1 / 2^8 = 4e-4 a standard error.
         const Outcome outcome = bake(job);
         hold(outcome, 0, Truth(job).directional(0.7), std::string(to_word(sampler)), 2e-3);
-        // Where the points of a batch do not fill the square, facets repeat each other's azimuths,
-        // and the shifts of a lattice then differ by 2.5e-4.
+        // Where the points of a batch do not fill the cube, facets repeat each other's azimuths,
+        // and the shifts of a lattice then differ by 2.5e-4 at any number of points.
         if (sampler == Sampler::random) continue;
-        for (const float error : outcome.standard_errors[0]) EXPECT_LT(error, 1.2e-4f);
+        for (const float error : outcome.standard_errors[0]) EXPECT_LT(error, 1.5e-4f);
     }
 }
 
