@@ -13,7 +13,7 @@ namespace kiln {
 
 namespace {
 
-Albedos albedos_of(const Tables& tables, int colour, std::size_t y) {
+Albedos albedos_of(const FurnaceTables& tables, int colour, std::size_t y) {
     Albedos albedos;
     albedos.deficit = tables.row(Quantity::multiscatter_albedo, 0, y);
     albedos.compensated = tables.row(Quantity::compensated_albedo, colour, y);
