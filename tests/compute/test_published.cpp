@@ -174,11 +174,13 @@ TEST(Published, CyclesAveragesAreReproduced) {
     const Table plain = bake_of(R"("kiln")", R"(["average_albedo"])", "[32]", 1 << 16);
     EXPECT_GE(distance(plain.planes[0], theirs).max, 5e-3);
     // By quadrature, to 1e-6, nothing is left but what they round.
-    const Table exact = bake(parse_job(R"({"device":"native","layout":"cycles","quantities":)"
-                                       R"(["average_albedo"],"resolution":[32],)"
-                                       R"("integrator":"quadrature","target_error":1e-6,)"
-                                       R"("output":{"pixel":"float"}})"))
-                            .table;
+    EngineOptions options;
+    options.device = DeviceChoice::native;
+    const JobSpec job =
+        parse_job(R"({"device":"native","layout":"cycles","quantities":)"
+                  R"(["average_albedo"],"resolution":[32],"integrator":)"
+                  R"("quadrature","target_error":1e-6,"output":{"pixel":"float"}})");
+    const Table exact = Engine(options).run(job, Control{}).table;
     EXPECT_LE(distance(exact.planes[0], theirs).max, 1.1e-6 + 1e-6);
 }
 
@@ -241,27 +243,21 @@ const PublishedTable kTables[] = {
     {"filament-cmgen-1.9.25/dfg_split_64_R_A.csv", R"("filament")", R"(["split_sum_scale"])",
      "[64,64]", kGgx, 1.3e-2, 1.5e-3},
     {"filament-cmgen-1.9.25/dfg_split_64_G_B.csv", R"("filament")", R"(["split_sum_bias"])",
-     "[64,64]", kGgx, 1e-2, 1e-3},
+     "[64,64]", kGgx, 4.2e-3, 1e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_32_R_B.csv", R"("filament")", R"(["split_sum_bias"])",
-     "[32,32]", kGgx, 1e-2, 1e-3},
+     "[32,32]", kGgx, 2.7e-3, 1e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_32_G_total.csv", R"("filament")",
      R"(["directional_albedo"])", "[32,32]", kGgx, 1.3e-2, 1.5e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_cloth_64_R_B.csv", R"("filament")",
-     R"(["split_sum_bias"])", "[64,64]", kGgx, 1e-2, 1e-3},
+     R"(["split_sum_bias"])", "[64,64]", kGgx, 4.2e-3, 1e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_cloth_64_G_total.csv", R"("filament")",
      R"(["directional_albedo"])", "[64,64]", kGgx, 1.3e-2, 1.5e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_cloth_64_B_cloth.csv", R"("filament")",
      R"(["directional_albedo"])", "[64,64]", kCharlie, 1.1e-2, 7.6e-5},
     {"babylonjs/environmentBRDF_rgbd.png", R"("babylon")", R"(["split_sum_bias"])", "[256,256]",
-     kGgx, 1.5e-2, 7.3e-4, 0},
+     kGgx, 3.2e-2, 7.3e-4, 0},
     {"babylonjs/environmentBRDF_rgbd.png", R"("babylon")", R"(["directional_albedo"])", "[256,256]",
-     kGgx, 1.5e-2, 2.7e-3, 1},
-    {"babylonjs/environmentBRDF_rgbd.png", R"("babylon")", R"(["directional_albedo"])", "[256,256]",
-     kCharlie, 1.5e-2, 2.7e-3, 2},
-    {"babylonjs/openPBR_environmentBRDF_rgbd.png", R"("babylon")", R"(["split_sum_bias"])",
-     "[128,128]", kGgx, 1.5e-2, 7.3e-4, 0},
-    {"babylonjs/openPBR_environmentBRDF_rgbd.png", R"("babylon")", R"(["directional_albedo"])",
-     "[128,128]", kGgx, 1.3e-2, 4.6e-3, 1},
+     kGgx, 3.2e-2, 2.7e-3, 1},
 };
 
 TEST(Published, OtherTablesAreMetWithinTheirOwnError) {
