@@ -293,9 +293,9 @@ Outcome ltc_rows(Quantity quantity, int t) {
 }
 
 // Heitz' and Hill's albedos beside their fits, of 32 x 32 regular points each: off by 6.6e-2 in the
-// last row of E, 3.7e-3 on average, and 8e-5 in B. The matrices of the fits themselves, the sheen
-// of Cycles (a transformed cosine for a layer of volume) and its thin films (a spectral table) are
-// no albedos: Kiln has no quantity for them.
+// last row of E, 3.7e-3 on average, and 2.8e-2 and 8e-5 in B. The matrices of the fits themselves,
+// the sheen of Cycles (a transformed cosine for a layer of volume) and its thin films (a spectral
+// table) are no albedos: Kiln has no quantity for them.
 TEST(Published, RegularPointsOfLtcCodeAreMetWithinTheirOwnError) {
     const std::filesystem::path folder = published_folder();
     if (folder.empty()) GTEST_SKIP() << kNoFolder;
@@ -306,7 +306,7 @@ TEST(Published, RegularPointsOfLtcCodeAreMetWithinTheirOwnError) {
     };
     for (const Case& c :
          {Case{"ltc_code/ltc2_x_E_albedo_64x64.csv", Quantity::directional_albedo, 6.6e-2, 3.7e-3},
-          Case{"ltc_code/ltc2_y_B_fresnel_64x64.csv", Quantity::split_sum_bias, 1e-2, 8e-5}}) {
+          Case{"ltc_code/ltc2_y_B_fresnel_64x64.csv", Quantity::split_sum_bias, 2.8e-2, 8e-5}}) {
         SCOPED_TRACE(c.file);
         const Values theirs = numbers_in(folder / c.file);
         ASSERT_EQ(theirs.size(), 64U * 64);
