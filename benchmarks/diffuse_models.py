@@ -15,7 +15,8 @@ ROUGHNESS = [0.1, 0.25, 0.5, 0.75, 1.0]
 ALBEDOS = [0.9, 0.5, 0.2]
 # Model, and what it takes for each roughness: Unreal hands EON 0.4 of it (its comment says that
 # this range matches), Oren-Nayar's sigma is an angle.
-MODELS = [("lambert", 1), ("burley", 1), ("oren_nayar", 1), ("oren_nayar_full", 1), ("fon", 1),
+MODELS = [("lambert", 1), ("burley", 1), ("burley_normalized", 1), ("oren_nayar", 1),
+          ("oren_nayar_full", 1), ("fon", 1),
           ("eon", 1), ("eon", 0.4), ("eon_unreal", 0.4), ("chan2018", 1), ("chan2024", 1)]
 NARROW = 1e-4  # of a row's range: an axis must have a length
 

@@ -1,18 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Diffuse models, one colour channel at a time: each returns π f, whose mean under cosine sampling
 // of the light is the directional albedo. Roughness is the artist's 0…1. Some models rightly return
-// an albedo above 1; nothing is clamped that the model's author does not clamp.
-
-#define KILN_DIFFUSE_LAMBERT 0
-#define KILN_DIFFUSE_BURLEY 1
-#define KILN_DIFFUSE_OREN_NAYAR 2
-#define KILN_DIFFUSE_OREN_NAYAR_FULL 3
-#define KILN_DIFFUSE_FON 4
-#define KILN_DIFFUSE_EON 5
-#define KILN_DIFFUSE_EON_UNREAL 6
-#define KILN_DIFFUSE_CHAN_2018 7
-#define KILN_DIFFUSE_CHAN_2024 8
-#define KILN_DIFFUSE_GGX_LAMBERT 9  // no function of two directions: ggx_lambert.h
+// an albedo above 1; nothing is clamped that the model's author does not clamp. The function of a
+// word of the contract is diffuse_WORD(); its number, KILN_DIFFUSE_WORD, is in diffuse_words.h.
 
 // View and light above the horizon. cos_phi is that of the azimuth between them, H = (V + L)/|V +
 // L|.
@@ -51,12 +41,28 @@ KILN_FUNCTION real diffuse_greater_cosine(Directions d) {
     return lane_select(cosine > K(0.0), cosine, lanes(K(1.0)));
 }
 
+KILN_FUNCTION real diffuse_lambert(Directions d, real roughness, scalar albedo) {
+    (void)d;
+    (void)roughness;
+    return lanes(albedo);
+}
+
 // Burley 2012.
 KILN_FUNCTION real diffuse_burley(Directions d, real roughness, scalar albedo) {
     const real rise = K(2.0) * roughness * (d.VoH * d.VoH) - K(0.5);  // FD90 − 1
     const real view = lane_fma(rise, fresnel_schlick_weight(d.NoV), lanes(K(1.0)));
     const real light = lane_fma(rise, fresnel_schlick_weight(d.NoL), lanes(K(1.0)));
     return albedo * (view * light);
+}
+
+// Burley's with its energy renormalised, as Frostbite has it (Lagarde, de Rousiers 2014): FD90 is
+// r / 2 + 2 r VoH², the whole falls to 1 / 1.51 at r = 1.
+KILN_FUNCTION real diffuse_burley_normalized(Directions d, real roughness, scalar albedo) {
+    const real rise = roughness * lane_fma(K(2.0) * d.VoH, d.VoH, lanes(K(0.5))) - K(1.0);
+    const real view = lane_fma(rise, fresnel_schlick_weight(d.NoV), lanes(K(1.0)));
+    const real light = lane_fma(rise, fresnel_schlick_weight(d.NoL), lanes(K(1.0)));
+    const real factor = K(1.0) - K(0.33774834437086093) * roughness;
+    return albedo * (factor * (view * light));
 }
 
 // Oren, Nayar 1994, the qualitative model; roughness is σ in radians. sin α tan β = sinV sinL over
@@ -154,7 +160,7 @@ KILN_FUNCTION real diffuse_eon_unreal(Directions d, real roughness, scalar albed
 
 // Chan 2018, as Unreal Engine has it, with its upper bound of 1 on f. The floor on r⁴ only keeps
 // the division finite: g is 1 from r⁴ = 2 / (2^18 + 1) = 7.6e-6 down.
-KILN_FUNCTION real diffuse_chan_2018(Directions d, real roughness, scalar albedo) {
+KILN_FUNCTION real diffuse_chan2018(Directions d, real roughness, scalar albedo) {
     const real alpha = roughness * roughness;
     const real alpha2 = lane_max(alpha * alpha, lanes(K(7e-6)));
     const real g = lane_saturate(lane_log2(K(2.0) / alpha2 - K(1.0)) / K(18.0));
@@ -169,7 +175,7 @@ KILN_FUNCTION real diffuse_chan_2018(Directions d, real roughness, scalar albedo
 }
 
 // Chan 2024, as Unreal Engine 5.7 has it: Lambert at roughness 0.
-KILN_FUNCTION real diffuse_chan_2024(Directions d, real roughness, scalar albedo) {
+KILN_FUNCTION real diffuse_chan2024(Directions d, real roughness, scalar albedo) {
     const real alpha = roughness * roughness;
     const real scale = lane_max(K(0.55) - K(0.2) * roughness, K(1.25) - K(1.6) * roughness);
     const real bias = lane_saturate(K(4.0) * alpha);
@@ -178,14 +184,19 @@ KILN_FUNCTION real diffuse_chan_2024(Directions d, real roughness, scalar albedo
     return albedo * lane_fma(lanes(K(0.38)), alpha, single);
 }
 
+// Light that walks over facets (ggx_lambert.h) has no value at a pair of directions: no number, so
+// that nothing can take another lobe for it.
+KILN_FUNCTION real diffuse_ggx_lambert(Directions d, real roughness, scalar albedo) {
+    (void)d;
+    (void)roughness;
+    const real none = lanes(albedo - albedo);
+    return none / none;
+}
+
+#define KILN_DIFFUSE_ROW(number, word) \
+    if (model == KILN_DIFFUSE_##number) return diffuse_##word(d, roughness, albedo);
+
 KILN_CALLED real diffuse_lobe(const int model, Directions d, real roughness, scalar albedo) {
-    if (model == KILN_DIFFUSE_BURLEY) return diffuse_burley(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_OREN_NAYAR) return diffuse_oren_nayar(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_OREN_NAYAR_FULL) return diffuse_oren_nayar_full(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_FON) return diffuse_fon(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_EON) return diffuse_eon(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_EON_UNREAL) return diffuse_eon_unreal(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_CHAN_2018) return diffuse_chan_2018(d, roughness, albedo);
-    if (model == KILN_DIFFUSE_CHAN_2024) return diffuse_chan_2024(d, roughness, albedo);
-    return lanes(albedo);
+    KILN_DIFFUSE_ROWS(KILN_DIFFUSE_ROW)
+    return diffuse_lambert(d, roughness, albedo);
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/spec/diffuse_words.h"  // cmake/Words.cmake
 #include "server/spec/fresnel_spec.h"
 
 namespace kiln {
@@ -43,19 +44,10 @@ enum class Masking {
     neubelt,
     charlie
 };
-enum class DiffuseModel {
-    none,
-    lambert,
-    burley,
-    oren_nayar,
-    oren_nayar_full,
-    fon,
-    eon,
-    eon_unreal,
-    chan2018,
-    chan2024,
-    ggx_lambert,  ///< no function but the light that walks over facets: kernels/ggx_lambert.h
-};
+#define KILN_ENUMERATOR(word) word,
+/// none, then the lobes. ggx_lambert alone is no function but the light that walks over facets.
+enum class DiffuseModel { KILN_DIFFUSE_WORDS(KILN_ENUMERATOR) };
+#undef KILN_ENUMERATOR
 enum class Coupling { none, half_vector, view, kelemen };
 /// kulla_conty_linear has F_avg where kulla_conty has F_avg², as older slides have it.
 enum class Multiscatter { none, kulla_conty, kulla_conty_linear, turquin };

@@ -209,12 +209,8 @@ class Models {
                 "\"quadrature\" has no rule for " + reason + "; allowed here: monte_carlo");
     }
 
-    /// A walk over facets has an albedo, but no value at a pair of directions.
+    /// A walk over facets has an albedo, but no closed form at a pair of directions.
     void check_simulated() {
-        if (job_.kind == Kind::furnace)
-            add("/diffuse/model",
-                "\"ggx_lambert\" has no value at a pair of directions, at which a furnace study "
-                "looks; allowed: the other diffuse models");
         if (!std::count(job_.quantities.begin(), job_.quantities.end(), Quantity::total_albedo))
             return;
         if (job_.coupling == Coupling::half_vector)

@@ -22,9 +22,8 @@ constexpr Word kMasking[] = {"smith_correlated", "smith_separable", "karis_ibl",
 constexpr Word kFresnel[] = {"none", "schlick", "dielectric", "conductor", "edge_tint", "f82_tint"};
 constexpr Word kMetal[] = {"aluminium", "chromium", "copper", "gold",     "iron",
                            "nickel",    "platinum", "silver", "titanium", "tungsten"};
-constexpr Word kDiffuseModel[] = {
-    "none", "lambert",    "burley",   "oren_nayar", "oren_nayar_full", "fon",
-    "eon",  "eon_unreal", "chan2018", "chan2024",   "ggx_lambert"};
+#define KILN_SPELLED(word) #word,
+constexpr Word kDiffuseModel[] = {KILN_DIFFUSE_WORDS(KILN_SPELLED)};
 constexpr Word kCoupling[] = {"none", "half_vector", "view", "kelemen"};
 constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "turquin"};
 constexpr Word kPrecision[] = {"float32", "float64"};
@@ -55,5 +54,15 @@ template <> std::span<const Word> words<DeviceChoice>() { return kDeviceChoice; 
 template <> std::span<const Word> words<ImageFormat>() { return kImageFormat; }
 template <> std::span<const Word> words<PixelType>() { return kPixelType; }
 // clang-format on
+
+std::vector<DiffuseModel> diffuse_lobes() {
+    std::vector<DiffuseModel> lobes;
+    for (std::size_t i = 0; i < words<DiffuseModel>().size(); ++i) {
+        const auto model = static_cast<DiffuseModel>(i);
+        if (model != DiffuseModel::none && model != DiffuseModel::ggx_lambert)
+            lobes.push_back(model);
+    }
+    return lobes;
+}
 
 }  // namespace kiln

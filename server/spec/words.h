@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "server/spec/job_spec.h"
 
@@ -37,5 +38,8 @@ std::optional<E> from_word(std::string_view word) {
     }
     return std::nullopt;
 }
+
+/// The diffuse models that have a value at a pair of directions: all but none and ggx_lambert.
+std::vector<DiffuseModel> diffuse_lobes();
 
 }  // namespace kiln

@@ -70,6 +70,8 @@ double Reflectance::compensation(const Directions& d, double single) const {
 
 double Reflectance::diffuse(const Directions& d, double VoH) const {
     if (job_.diffuse.model == DiffuseModel::none) return 0;
+    if (job_.diffuse.model == DiffuseModel::ggx_lambert && job_.coupling != Coupling::kelemen)
+        return 0;
     if (job_.coupling == Coupling::kelemen) return kelemen(d);
     const int model =
         static_cast<int>(job_.diffuse.model) - static_cast<int>(DiffuseModel::lambert);
@@ -84,6 +86,10 @@ double Reflectance::diffuse(const Directions& d, double VoH) const {
         default:
             return lobe;
     }
+}
+
+double Reflectance::walked_share(const Directions& d) const {
+    return job_.coupling == Coupling::view ? 1 - F(d.NoV) : 1;
 }
 
 // Kulla, Conty 2017 after Kelemen, Szirmay-Kalos 2001: what the specular lobe leaves over on both

@@ -22,11 +22,14 @@ struct Albedos {
 
 /// f(V, L) of the whole material of a job in one colour, 1/sr, as its total_albedo integrates it:
 /// the kernels' own functions in double. roughness in (0, 1]; at 0 a lobe is no function.
-/// Positive but where a model is negative itself; never clamped.
+/// Positive but where a model is negative itself; never clamped. What light walks over facets
+/// (ggx_lambert) is not in it: FacetWalks knows it, and walked_share() is its weight.
 class Reflectance {
   public:
     Reflectance(const JobSpec& job, int colour, double roughness, const Albedos& albedos);
     double operator()(const Directions& d) const;
+    double walked_share(const Directions& d) const;
+    double albedo() const { return albedo_; }
 
   private:
     double specular(const Directions& d) const;

@@ -266,9 +266,7 @@ Part lobes_part() {
 
 Part diffuse_part() {
     std::vector<Pointwise> all;
-    for (auto model = static_cast<int>(DiffuseModel::lambert);
-         model <= static_cast<int>(DiffuseModel::chan2024); ++model)
-        all.push_back(diffuse_value(static_cast<DiffuseModel>(model)));
+    for (const DiffuseModel model : diffuse_lobes()) all.push_back(diffuse_value(model));
     return part_of(std::move(all));
 }
 

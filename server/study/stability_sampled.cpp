@@ -129,21 +129,14 @@ void run_sampled(Bench& bench, const Pointwise& p, PointKind kind, Findings& fin
 
 Part diffuse_albedo_part() {
     Part part;
-    const auto each = [](auto body) {
-        for (auto m = static_cast<int>(DiffuseModel::lambert);
-             m <= static_cast<int>(DiffuseModel::chan2024); ++m)
-            body(static_cast<DiffuseModel>(m));
-    };
-    each([&](DiffuseModel model) {
+    for (const DiffuseModel model : diffuse_lobes())
         part.programs.push_back({material_of(diffuse_pointwise(model)), Precision::float32});
-    });
-    part.run = [each](Bench& bench, Findings& findings) {
-        each([&](DiffuseModel model) {
+    part.run = [](Bench& bench, Findings& findings) {
+        for (const DiffuseModel model : diffuse_lobes())
             run_sampled(bench, diffuse_pointwise(model), PointKind::cosine_diffuse, findings,
                         [&](const Place& place, std::size_t term) {
                             return diffuse_truth(model, place, kAlbedos[term - kDiffuse]);
                         });
-        });
     };
     return part;
 }

@@ -107,11 +107,13 @@ std::vector<KernelMaterial> general_materials() {
         for (int importance = 0; importance <= 3; ++importance) add(1, masking, importance);
     for (int masking = 5; masking <= 7; ++masking)
         for (int importance = 2; importance <= 3; ++importance) add(2, masking, importance);
-    // The last is no lobe that a Fresnel term could weigh (kernels/ggx_lambert.h).
-    const int simulated = static_cast<int>(words<DiffuseModel>().size()) - 2;
-    for (int diffuse = 0; diffuse <= simulated; ++diffuse)
+    const int diffuse_count = static_cast<int>(words<DiffuseModel>().size()) - 1;
+    // A walk is no lobe that a Fresnel term could weigh (kernels/ggx_lambert.h).
+    const int simulated =
+        static_cast<int>(DiffuseModel::ggx_lambert) - static_cast<int>(DiffuseModel::lambert);
+    for (int diffuse = 0; diffuse < diffuse_count; ++diffuse)
         all.push_back({.importance = 2,
-                       .terms = 7 << kDiffuse | (diffuse < simulated ? 7 << kTransmitted : 0),
+                       .terms = 7 << kDiffuse | (diffuse != simulated ? 7 << kTransmitted : 0),
                        .fresnel = diffuse % 6,
                        .diffuse = diffuse,
                        .general = 1});

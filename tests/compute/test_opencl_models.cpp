@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <string>
@@ -77,6 +78,17 @@ const std::string kFresnel[] = {
 };
 static_assert(std::size(kFresnel) == static_cast<std::size_t>(Fresnel::f82_tint) + 1);
 
+/// Whether the contract has such a lobe.
+bool takes(std::string_view distribution, std::string_view masking) {
+    try {
+        parse_job(R"({"quantities":["directional_albedo"],"microfacet":{"distribution":")" +
+                  std::string(distribution) + R"(","masking":")" + std::string(masking) + "\"}}");
+    } catch (const InvalidJob&) {
+        return false;
+    }
+    return true;
+}
+
 TEST_F(OpenClModels, EveryLobeAndFresnelTerm) {
     struct Lobe {
         const char *distribution, *masking, *importance;
@@ -93,6 +105,19 @@ TEST_F(OpenClModels, EveryLobeAndFresnelTerm) {
         {"charlie", "neubelt", "uniform", 4},
         {"charlie", "charlie", "cosine", 2},
     };
+    std::size_t taken = 0;
+    for (const std::string_view distribution : words<Distribution>())
+        for (const std::string_view masking : words<Masking>()) {
+            if (!takes(distribution, masking)) continue;
+            ++taken;
+            EXPECT_TRUE(std::any_of(lobes.begin(), lobes.end(),
+                                    [&](const Lobe& lobe) {
+                                        return lobe.distribution == distribution &&
+                                               lobe.masking == masking;
+                                    }))
+                << distribution << ' ' << masking;
+        }
+    EXPECT_EQ(taken, lobes.size());
     for (const Lobe& lobe : lobes)
         expect_equal_bits(R"("quantities":["specular_albedo","split_sum_bias",)"
                           R"("multiscatter_albedo"],"microfacet":{"distribution":")" +
@@ -123,11 +148,16 @@ TEST_F(OpenClModels, EveryDiffuseModel) {
 TEST_F(OpenClModels, EveryCouplingAndMultiscatter) {
     const std::string common = R"("quantities":["total_albedo","compensated_albedo"],"fresnel":)" +
                                kFresnel[2] + R"(,"diffuse":{"model":"lambert","albedo":0.7},)";
-    for (const char* rest : {R"("coupling":"none","multiscatter":"kulla_conty")",
-                             R"("coupling":"half_vector","multiscatter":"turquin")",
-                             R"("coupling":"view","multiscatter":"none")",
-                             R"("coupling":"kelemen","multiscatter":"kulla_conty_linear")"})
-        expect_equal_bits(common + rest);
+    const std::vector<std::pair<std::string, std::string>> pairs = {
+        {"none", "kulla_conty"},
+        {"half_vector", "turquin"},
+        {"view", "none"},
+        {"kelemen", "kulla_conty_linear"}};
+    ASSERT_EQ(pairs.size(), words<Coupling>().size());
+    ASSERT_EQ(pairs.size(), words<Multiscatter>().size());
+    for (const auto& [coupling, multiscatter] : pairs)
+        expect_equal_bits(common + R"("coupling":")" + coupling + R"(","multiscatter":")" +
+                          multiscatter + "\"");
 }
 
 TEST_F(OpenClModels, InDoublePrecision) {

@@ -167,6 +167,26 @@ TEST(Points, AWalksRowHasThreeFacetsAndNoV) {
     }
 }
 
+// Facets beyond the third take other rows of their batch: a batch that holds a sliver of one
+// dimension alone would make them repeat each other's azimuths.
+TEST(Points, EveryBatchOfAWalkSpansTheFirstAzimuth) {
+    for (const Sampler sampler : kSamplers) {
+        const PointSet set = make_points(sampler, PointKind::facet_walk, 3, 16 * 4096);
+        for (const BatchRange& batch : set.batches) {
+            double least = 1, most = -1;
+            for (std::size_t i = 0; i < batch.point_count; ++i) {
+                const double cosine = set.values[kWalkScalars * (batch.first_point + i)];
+                least = std::min(least, cosine);
+                most = std::max(most, cosine);
+            }
+            // 64 random azimuths all miss the last fifth of the half turn in one of two million
+            // batches.
+            EXPECT_LT(least, -0.8) << to_word(sampler);
+            EXPECT_GT(most, 0.8) << to_word(sampler);
+        }
+    }
+}
+
 TEST(Points, EveryDimensionOfAWalkIsStratified) {
     const PointSet set = make_points(Sampler::sobol_owen, PointKind::facet_walk, 9, 16 * 256);
     for (std::size_t facet = 0; facet < 3; ++facet)

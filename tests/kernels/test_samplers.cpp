@@ -38,7 +38,8 @@ double p_value(const Subject& subject) {
         kiln::make_points(kiln::Sampler::random, subject.kind, 11, kSamples);
     std::vector<double> seen(kPolar * kAzimuth), expected(kPolar * kAzimuth);
     for (int i = 0; i < kSamples; ++i) {
-        const Place at = subject.place(&points.values[kiln::kPointScalars * std::size_t(i)]);
+        const Place at =
+            subject.place(&points.values[kiln::point_scalars(subject.kind) * std::size_t(i)]);
         const int row = std::clamp(static_cast<int>(at.t * kPolar), 0, kPolar - 1);
         const int column =
             std::clamp(static_cast<int>(at.phi / std::numbers::pi * kAzimuth), 0, kAzimuth - 1);
@@ -117,6 +118,63 @@ double beckmann_normals(const textbook::Vector& h, double alpha) {
     return std::exp(-tan2 / (alpha * alpha)) / (std::numbers::pi * alpha * alpha * c2 * c2) * h[2];
 }
 
+/// Density of v where tan θ = α sinh v is log-uniform: v = S u − ln(1 − u⁸) of an even u, S = 16.8
+/// drawn out by `wrong`.
+double log_tangents(double v, double wrong) {
+    const double span = 16.8 * wrong;
+    const auto of = [&](double u) { return span * u - std::log1p(-std::pow(u, 8)); };
+    double low = 0, high = 1;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = (low + high) / 2;
+        (of(middle) < v ? low : high) = middle;
+    }
+    return 1 / (span + 8 * std::pow(low, 7) / (1 - std::pow(low, 8)));
+}
+
+/// v over [0, 21] as t. The third scalar of a point is the density of all normals over its own,
+/// over NoH: 2 sinh v / cosh² v over p(v), over 1 / cosh v.
+Subject log_tangent_normals(double wrong) {
+    constexpr double kReach = 21;
+    const auto place = [](const double* point) {
+        const double v = std::acosh(1 / point[1]);
+        EXPECT_NEAR(point[2] * log_tangents(v, 1) / (2 * std::tanh(v) / std::cosh(v)), 1, 1e-5);
+        const double cos_phi = point[0] / std::tanh(v);
+        return Place{v / kReach, std::acos(std::clamp(cos_phi, -1.0, 1.0))};
+    };
+    return {PointKind::log_tangents, place, [=](double t, double) {
+                return kReach * log_tangents(kReach * t, wrong) / std::numbers::pi;
+            }};
+}
+
+/// The view of an average beside them, log-uniform from e^-18: t = ln(1 + NoV (e^18 − 1)) / 18.
+Subject log_views(double wrong) {
+    const double whole = std::expm1(18.);
+    const auto place = [=](const double* point) {
+        return Place{std::log1p(point[3] * whole) / 18, std::numbers::pi / 2};
+    };
+    return {PointKind::log_tangents_averaged, place, [=](double t, double phi) {
+                // All in the columns of the middle.
+                const int column = static_cast<int>(phi / std::numbers::pi * kAzimuth);
+                const double power = 4 * (wrong - 1);
+                return column == kAzimuth / 2
+                           ? (1 + power) * std::pow(t, power) * kAzimuth / std::numbers::pi
+                           : 0;
+            }};
+}
+
+/// A facet's normal is drawn as by visible_normals(), the light that leaves it as a cosine lobe:
+/// √v cos ψ, √(1 − v) of a walk's point.
+Subject facet_lights(double wrong) {
+    const auto place = [](const double* point) {
+        const double sine = std::sqrt((1 - point[4]) * (1 + point[4]));
+        return Place{1 - point[4], std::acos(std::clamp(point[3] / sine, -1.0, 1.0))};
+    };
+    const double power = 4 * (wrong - 1);
+    return {PointKind::facet_walk, place, [=](double t, double) {
+                return (2 + power) * std::pow(1 - t, 1 + power) / std::numbers::pi;
+            }};
+}
+
 /// Every sampler with its density, the widths of the normals' drawn out by `wrong`, and the powers
 /// of the lights' cosine raised by four times the excess.
 std::vector<Subject> subjects(double wrong) {
@@ -142,6 +200,9 @@ std::vector<Subject> subjects(double wrong) {
             return (1 + power) / turn * std::pow(NoL, power);
         }));
     }
+    all.push_back(log_tangent_normals(wrong));
+    all.push_back(log_views(wrong));
+    all.push_back(facet_lights(wrong));
     return all;
 }
 

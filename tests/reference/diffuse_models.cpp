@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace kiln::reference {
 namespace {
@@ -29,6 +31,12 @@ double power5(double x) { return x * x * x * x * x; }
 double burley(double r, const Pair& p) {
     const double f90 = 0.5 + 2 * r * p.VoH * p.VoH;
     return (1 + (f90 - 1) * power5(1 - p.NoL)) * (1 + (f90 - 1) * power5(1 - p.NoV)) / kPi;
+}
+
+double burley_normalized(double r, const Pair& p) {
+    const double bias = 0.5 * r, factor = 1 + r * (1 / 1.51 - 1);
+    const double f90 = bias + 2 * p.VoH * p.VoH * r;
+    return factor * (1 + (f90 - 1) * power5(1 - p.NoL)) * (1 + (f90 - 1) * power5(1 - p.NoV)) / kPi;
 }
 
 /// sin(a) tan(b), a the larger and b the smaller of the polar angles.
@@ -107,6 +115,25 @@ double fon_albedo(double roughness, double NoV) {
     return (1 + roughness * g / kPi) / (1 + kFon1 * roughness);
 }
 
+DiffuseModel diffuse_model(std::string_view word) {
+    using enum DiffuseModel;
+    const std::pair<std::string_view, DiffuseModel> words[] = {
+        {"lambert", lambert},
+        {"burley", burley},
+        {"burley_normalized", burley_normalized},
+        {"oren_nayar", oren_nayar},
+        {"oren_nayar_full", oren_nayar_full},
+        {"fon", fon},
+        {"eon", eon},
+        {"eon_unreal", eon_unreal},
+        {"chan2018", chan2018},
+        {"chan2024", chan2024},
+    };
+    for (const auto& [known, model] : words)
+        if (known == word) return model;
+    throw std::domain_error("reference: no diffuse model " + std::string(word));
+}
+
 double diffuse_brdf(const Diffuse& lobe, double NoV, double NoL, double cos_delta_phi) {
     const Pair p(NoV, NoL, cos_delta_phi);
     const double r = lobe.roughness, rho = lobe.albedo;
@@ -115,6 +142,8 @@ double diffuse_brdf(const Diffuse& lobe, double NoV, double NoL, double cos_delt
             return rho / kPi;
         case DiffuseModel::burley:
             return rho * burley(r, p);
+        case DiffuseModel::burley_normalized:
+            return rho * burley_normalized(r, p);
         case DiffuseModel::oren_nayar:
             return rho * oren_nayar(r, p);
         case DiffuseModel::oren_nayar_full:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
+#include <string_view>
 #include <vector>
 
 /// Diffuse lobes in the spelling of their papers, and their albedos by quadrature over (NoL, phi).
@@ -8,9 +9,10 @@ namespace kiln::reference {
 
 /// What `roughness` means is the model's own affair and written beside it.
 enum class DiffuseModel {
-    lambert,          ///< none
-    burley,           ///< perceptual r in [0, 1] (not alpha). Burley 2012, section 5.3
-    oren_nayar,       ///< sigma in radians, >= 0. Oren and Nayar 1994, eq. 30 ("qualitative")
+    lambert,            ///< none
+    burley,             ///< perceptual r in [0, 1] (not alpha). Burley 2012, section 5.3
+    burley_normalized,  ///< perceptual r. Lagarde and de Rousiers 2014, Frostbite's listing
+    oren_nayar,         ///< sigma in radians, >= 0. Oren and Nayar 1994, eq. 30 ("qualitative")
     oren_nayar_full,  ///< sigma in radians. Oren and Nayar 1994, eq. 27 to 29, with interreflection
     fon,              ///< r in [0, 1], Fujii's. Portsmouth, Kutz and Hill 2025, eq. for f_FON
     eon,              ///< r in [0, 1]. Portsmouth, Kutz and Hill 2025, exact E_FON
@@ -20,6 +22,9 @@ enum class DiffuseModel {
     chan2018_no_clamp,  ///< the same without Unreal's min(1, lobe)
     chan2024,           ///< perceptual R in [0, 1]. Chan 2024, as in Unreal 5.7
 };
+
+/// The model of a word of job documents. std::domain_error where there is none.
+DiffuseModel diffuse_model(std::string_view word);
 
 struct Diffuse {
     DiffuseModel model;

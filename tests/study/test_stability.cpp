@@ -125,6 +125,7 @@ void every_model_of_the_contract_has_a_verdict() {
                              "charlie, charlie, softened",
                              "lambert",
                              "burley",
+                             "burley_normalized",
                              "oren_nayar",
                              "oren_nayar_full",
                              "fon",

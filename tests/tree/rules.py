@@ -78,7 +78,7 @@ def arrows(tree, tables):
             yield f"{path}: belongs to no room of the table ARROWS"
             continue
         for line, name in includes(text, '""'):
-            if not tree.exists(name):
+            if not tree.exists(name) and name not in tables.GENERATED:
                 yield f"{path}:{line}: \"{name}\" is no file, seen from the root of the project"
             elif "*" not in allowed and not any(
                     name.startswith(entry) if entry.endswith("/") else name == entry
