@@ -2,13 +2,16 @@
 // `measure`: what looks at measured reflectance.
 #include <cstdio>
 
+#include "client/api.h"
 #include "client/commands.h"
 #include "client/files.h"
+#include "client/json.h"
 #include "client/terminal.h"
 #include "server/image/image.h"
 #include "server/measured/bounds.h"
 #include "server/measured/slices.h"
 #include "server/measured/survey.h"
+#include "server/spec/limits.h"
 
 namespace kiln::client {
 
@@ -66,15 +69,17 @@ Reading read_file(const std::string& path) {
 SliceLayout layout_of(const SliceOptions& options) {
     SliceLayout layout;
     if (!options.theta_in.empty()) layout.theta_in = options.theta_in;
+    const auto most_angles = static_cast<std::size_t>(limits().slice_count_max);
+    const auto most_materials = static_cast<std::size_t>(limits().atlas_materials_max);
     const auto wrong = [](const std::string& what) { return Failure(Exit::usage, "usage", what); };
-    if (layout.theta_in.size() > kSliceCountMax)
-        throw wrong("--theta-in: at most " + std::to_string(kSliceCountMax) + " angles");
+    if (layout.theta_in.size() > most_angles)
+        throw wrong("--theta-in: at most " + std::to_string(most_angles) + " angles");
     for (std::size_t n = 0; n < layout.theta_in.size(); ++n)
         if (!(layout.theta_in[n] >= 0 && layout.theta_in[n] <= 90) ||
             (n > 0 && layout.theta_in[n] <= layout.theta_in[n - 1]))
             throw wrong("--theta-in: give rising angles from 0 to 90 degrees");
-    if (options.files.size() > kAtlasMaterialsMax)
-        throw wrong("an atlas holds at most " + std::to_string(kAtlasMaterialsMax) + " materials");
+    if (options.files.size() > most_materials)
+        throw wrong("an atlas holds at most " + std::to_string(most_materials) + " materials");
     layout.width = options.width;
     layout.height = options.height;
     layout.gutter = options.gutter;
@@ -130,6 +135,32 @@ Exit measure_slices(const SliceOptions& options) {
     const std::string sidecar = sidecar_json(layout, made, options.files);
     if (!options.sidecar.empty()) write_output(options.sidecar, sidecar);
     if (options.json) std::printf("%s\n", sidecar.c_str());
+    return Exit::done;
+}
+
+Exit measure_upload(const ServerOptions& options, const std::vector<std::string>& files) {
+    Api api(options.server.empty() ? kDefaultServer : options.server, [] { return false; });
+    std::vector<std::string> documents;
+    for (const std::string& path : files) {
+        try {
+            documents.push_back(api.upload(read_input(path, kFileBytesMax)));
+        } catch (const Failure& failure) {
+            // What the server finds wrong with a file is no fault of a job.
+            const bool refused = failure.exit == Exit::invalid_job;
+            throw Failure(refused ? Exit::usage : failure.exit, failure.code(),
+                          path + ": " + failure.what());
+        }
+        const auto answer = read_measurement_answer(documents.back());
+        if (!answer)
+            throw Failure(Exit::failed, "no_kiln_server",
+                          api.url() + " does not answer like a Kiln server");
+        if (options.json) continue;
+        print(answer->id);
+        say(printable(path + ": " + answer->format +
+                      (answer->title.empty() ? "" : ", " + answer->title)));
+        if (!answer->unfit.empty()) say("kiln: " + printable(path + ": " + answer->unfit));
+    }
+    if (options.json) std::printf("%s\n", measurements_json(documents).c_str());
     return Exit::done;
 }
 

@@ -7,6 +7,7 @@
 #include "client/api.h"
 #include "client/files.h"
 #include "server/compute/opencl_threads.h"
+#include "server/spec/kinds.h"
 #include "server/spec/spec.h"
 #include "server/worker/bake.h"
 
@@ -28,7 +29,9 @@ void abandon(const std::string& url, const std::string& id) {
     }
 }
 
-JobStatus wait_for(Api& api, const JobSpec& job, const Stop& stop, ProgressMode mode) {
+JobStatus wait_for(Api& api, const JobSpec& job, const Stop& stop, ProgressMode mode,
+                   const MeasurementFiles& files) {
+    upload_missing(api, job, files);
     ProgressView view(mode);
     const double wait_s = mode == ProgressMode::none ? kQuietWaitS : kPollWaitS;
     JobStatus status = api.submit(canonical(job), kPollWaitS);
@@ -46,24 +49,27 @@ JobStatus wait_for(Api& api, const JobSpec& job, const Stop& stop, ProgressMode 
     return status;
 }
 
-Baking bake_on(const std::string& url, const JobSpec& job, const Stop& stop, ProgressMode mode) {
+Baking bake_on(const std::string& url, const JobSpec& job, const Stop& stop, ProgressMode mode,
+               const MeasurementFiles& files) {
     Api api(url, [&stop] { return stop.requested(); });
     try {
-        const JobStatus status = wait_for(api, job, stop, mode);
+        const JobStatus status = wait_for(api, job, stop, mode, files);
         if (status.state != "done")
             throw Failure(Exit::failed,
                           status.error_code.empty() ? status.state : status.error_code,
                           "the job " + status.state + " on " + url +
                               (status.error_detail.empty() ? "" : ": " + status.error_detail));
         std::string image = api.image(status.id);
-        return {std::move(image), api.report(status.id), url, status.cached};
+        std::string sidecar = is_measured(job.kind) ? api.sidecar(status.id) : "";
+        return {std::move(image), api.report(status.id), std::move(sidecar), url, status.cached};
     } catch (const Cancelled&) {
         abandon(url, job_id(job));
         stop.leave();
     }
 }
 
-Baking bake_here(const JobSpec& job, const Stop& stop, ProgressMode mode) {
+Baking bake_here(const JobSpec& job, const Stop& stop, ProgressMode mode,
+                 const MeasurementFiles& files) {
     keep_opencl_programs();
     pin_opencl_threads();
     ProgressView view(mode);
@@ -79,8 +85,11 @@ Baking bake_here(const JobSpec& job, const Stop& stop, ProgressMode mode) {
                               },
                           .cancelled = [&stop] { return stop.requested(); }};
     try {
-        Baked baked = kiln::bake(engine, job, control);
-        return {std::move(baked.image), report_json(baked), "", false};
+        Baked baked = kiln::bake(engine, job, control, [&files](const std::string& digest) {
+            return files.bytes(digest);
+        });
+        std::string report = report_json(baked);
+        return {std::move(baked.image), std::move(report), std::move(baked.sidecar), "", false};
     } catch (const Cancelled&) {
         stop.leave();
     }
@@ -88,15 +97,16 @@ Baking bake_here(const JobSpec& job, const Stop& stop, ProgressMode mode) {
 
 }  // namespace
 
-Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop) {
-    if (options.local) return bake_here(job, stop, options.progress);
-    if (!options.server.empty()) return bake_on(options.server, job, stop, options.progress);
+Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop,
+               const MeasurementFiles& files) {
+    if (options.local) return bake_here(job, stop, options.progress, files);
+    if (!options.server.empty()) return bake_on(options.server, job, stop, options.progress, files);
     // Nobody asked for a server: one that is there helps, and one that fails must not fail the
     // bake.
     std::string why = "no server at " + kDefaultServer;
     try {
         if (Api(kDefaultServer, [&stop] { return stop.requested(); }).answers())
-            return bake_on(kDefaultServer, job, stop, options.progress);
+            return bake_on(kDefaultServer, job, stop, options.progress, files);
     } catch (const Failure& failure) {
         if (failure.exit != Exit::unreachable) throw;
         why = failure.what();
@@ -105,7 +115,7 @@ Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop) 
     }
     if (options.progress != ProgressMode::json)
         say("kiln: " + printable(why) + "; baking in this process");
-    return bake_here(job, stop, options.progress);
+    return bake_here(job, stop, options.progress, files);
 }
 
 }  // namespace kiln::client

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,8 +15,10 @@
 #include "server/http/metrics.h"
 #include "server/http/router.h"
 #include "server/settings/settings.h"
+#include "server/spec/job_spec.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/store/measurement_store.h"
 
 namespace kiln {
 
@@ -29,10 +32,12 @@ struct WorkerStatus {
 struct ServiceParts {
     JobStore& store;
     BlobStore& blobs;
+    MeasurementStore& measurements;
     const Settings& settings;
     Changes& changes;
     Metrics& metrics;
     std::string engine;  ///< names what a result comes from: kernel digest "/" encoder revision
+    std::int64_t readers = 0;  ///< revision of what reads measurements
     Bounds bounds;       ///< of every room, beside the contract's and the settings
     std::function<void()> ring;  ///< tells the workers that there is work or a cancel
     std::function<std::vector<WorkerStatus>()> workers;
@@ -56,6 +61,8 @@ class Service {
     /// The job once it has ended, or as it is after `time`, when the client leaves, or at shutdown.
     JobRecord wait_for_end(JobRecord job, std::chrono::milliseconds time,
                            const HttpRequest& request);
+    /// Keeps a measurement that was read. Throws Error("measurements_full" | "store_failed").
+    Measurement keep_measurement(IncomingBlob& blob, const Measurement& what);
     /// Throws Error("unknown_job").
     JobRecord find(const std::string& id);
 
@@ -79,8 +86,16 @@ class Service {
     std::size_t waiting() const { return waiting_; }
 
   private:
+    /// What a result of the job comes from.
+    std::string engine_of(const JobSpec& job) const;
+    /// Throws InvalidJob naming the measurements that are not here, or of which nothing can be made.
+    void require_measurements(const JobSpec& job, std::string_view job_text);
+    /// Of jobs that wait or run.
+    std::set<std::string> measurements_in_use();
+
     ServiceParts parts_;
-    std::mutex admission_;  ///< between counting the queue and adding to it
+    /// Between looking (into the queue, for measurements) and adding to the queue.
+    std::mutex admission_;
     std::atomic<bool> draining_{false};
     std::atomic<std::size_t> waiting_{0};
 };
@@ -91,6 +106,7 @@ bool is_final(JobState state);
 void add_job_routes(Router& router, Service& service);
 void add_batch_routes(Router& router, Service& service);
 void add_plan_routes(Router& router, Service& service);
+void add_measurement_routes(Router& router, Service& service);
 void add_image_routes(Router& router, Service& service);
 void add_event_routes(Router& router, Service& service);
 void add_operation_routes(Router& router, Service& service);
@@ -99,6 +115,8 @@ void add_operation_routes(Router& router, Service& service);
 Router make_router(Service& service);
 
 /// Largest request body at a path, in bytes; 0 where none is taken.
-std::uint64_t body_bytes_max(const std::string& path);
+std::uint64_t body_bytes_max(const Settings& settings, const std::string& path);
+/// Whether the body there goes to its handler piece by piece.
+bool streams_body(const std::string& path);
 
 }  // namespace kiln
