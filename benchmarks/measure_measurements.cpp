@@ -77,7 +77,8 @@ void print_row(const std::string& name, const std::string& bytes) {
         measure(half, [&] { encode(table, ImageFormat::exr, PixelType::half, {}); });
         measure(packed, [&] { encode(table, ImageFormat::exr, PixelType::rgb9e5, {}); });
     }
-    std::printf("| %s | %.2f | %zu |", name.c_str(), static_cast<double>(bytes.size()) / 1e6, points);
+    std::printf("| %s | %.2f | %zu |", name.c_str(), static_cast<double>(bytes.size()) / 1e6,
+                points);
     for (const Cost& cost : {hash, read, survey_cost, cloud, slices, half, packed})
         std::printf(" %.0f ms, %.0f |", 1e3 * cost.seconds, std::max(0.0, cost.mib));
     std::printf("\n");
@@ -117,7 +118,8 @@ void synthetic_rows() {
 
 int main(int count, char** values) {
     std::printf(
-        "| file | MB | points | SHA-256 | read | survey | cloud | slices 4 x 361 x 181 | half EXR | "
+        "| file | MB | points | SHA-256 | read | survey | cloud | slices 4 x 361 x 181 | half EXR "
+        "| "
         "rgb9e5 EXR |\n|---|---|---|---|---|---|---|---|---|---|\n");
     for (int i = 1; i < count; ++i) {
         std::ifstream file(values[i], std::ios::binary);

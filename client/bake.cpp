@@ -17,8 +17,7 @@ namespace {
 std::string sidecar_path(const BakeOptions& options) {
     if (!options.sidecar.empty() || options.output == "-") return options.sidecar;
     const std::string extension = extension_of(options.output);
-    const std::size_t end =
-        options.output.size() - (extension.empty() ? 0 : extension.size() + 1);
+    const std::size_t end = options.output.size() - (extension.empty() ? 0 : extension.size() + 1);
     return options.output.substr(0, end) + ".sidecar.json";
 }
 

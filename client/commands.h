@@ -25,10 +25,10 @@ struct RunOptions {
 };
 
 struct BakeOptions : RunOptions {
-    std::string job;                    ///< file, or "-" for standard input
-    std::vector<std::string> settings;  ///< field=value
-    std::string output;                 ///< file, or "-" for standard output
-    std::string report;                 ///< file, or "" for none
+    std::string job;                        ///< file, or "-" for standard input
+    std::vector<std::string> settings;      ///< field=value
+    std::string output;                     ///< file, or "-" for standard output
+    std::string report;                     ///< file, or "" for none
     std::vector<std::string> measurements;  ///< files that the job names by their hash
     std::string sidecar;  ///< of measured kinds: file, or "" for one beside the output
 };

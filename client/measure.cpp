@@ -2,10 +2,8 @@
 // `measure`: what looks at measured reflectance.
 #include <cstdio>
 
-#include "client/api.h"
 #include "client/commands.h"
 #include "client/files.h"
-#include "client/json.h"
 #include "client/terminal.h"
 #include "server/image/image.h"
 #include "server/measured/bounds.h"
@@ -135,32 +133,6 @@ Exit measure_slices(const SliceOptions& options) {
     const std::string sidecar = sidecar_json(layout, made, options.files);
     if (!options.sidecar.empty()) write_output(options.sidecar, sidecar);
     if (options.json) std::printf("%s\n", sidecar.c_str());
-    return Exit::done;
-}
-
-Exit measure_upload(const ServerOptions& options, const std::vector<std::string>& files) {
-    Api api(options.server.empty() ? kDefaultServer : options.server, [] { return false; });
-    std::vector<std::string> documents;
-    for (const std::string& path : files) {
-        try {
-            documents.push_back(api.upload(read_input(path, kFileBytesMax)));
-        } catch (const Failure& failure) {
-            // What the server finds wrong with a file is no fault of a job.
-            const bool refused = failure.exit == Exit::invalid_job;
-            throw Failure(refused ? Exit::usage : failure.exit, failure.code(),
-                          path + ": " + failure.what());
-        }
-        const auto answer = read_measurement_answer(documents.back());
-        if (!answer)
-            throw Failure(Exit::failed, "no_kiln_server",
-                          api.url() + " does not answer like a Kiln server");
-        if (options.json) continue;
-        print(answer->id);
-        say(printable(path + ": " + answer->format +
-                      (answer->title.empty() ? "" : ", " + answer->title)));
-        if (!answer->unfit.empty()) say("kiln: " + printable(path + ": " + answer->unfit));
-    }
-    if (options.json) std::printf("%s\n", measurements_json(documents).c_str());
     return Exit::done;
 }
 

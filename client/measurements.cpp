@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "client/failure.h"
 #include "client/files.h"
 #include "client/terminal.h"
 #include "server/base/sha256.h"

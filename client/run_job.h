@@ -12,9 +12,9 @@ namespace kiln::client {
 /// What came of a job.
 struct Baking {
     std::string image;
-    std::string report;  ///< JSON
-    std::string sidecar; ///< JSON of measured kinds, else ""
-    std::string where;   ///< the server, or "" for this process
+    std::string report;   ///< JSON
+    std::string sidecar;  ///< JSON of measured kinds, else ""
+    std::string where;    ///< the server, or "" for this process
     bool cached = false;
 };
 

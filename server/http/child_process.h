@@ -27,8 +27,8 @@ struct ChildLimits {
 /// Runs this program again with `arguments` (without the program's name) and `environment`. The
 /// child has standard error, the socket and nothing else open, dies with the calling thread, writes
 /// no core and can gain no privileges. `input`, where it is a descriptor, becomes its standard
-/// input. With limits it writes no file either. Call it from a thread that outlives the child. Throws
-/// Error("cannot_start").
+/// input. With limits it writes no file either. Call it from a thread that outlives the child.
+/// Throws Error("cannot_start").
 ChildProcess start_child(const std::vector<std::string>& arguments,
                          const std::vector<std::string>& environment, int nice_level,
                          int input = -1, std::optional<ChildLimits> limits = {});

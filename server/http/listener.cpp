@@ -210,8 +210,7 @@ class Listener::Server final : public httplib::Server {
         return deliver(connection, head.request.method, response, closes) && !closes;
     }
 
-    static void stream_body(Connection& connection, const RequestHead& head,
-                            const BodySink& sink) {
+    static void stream_body(Connection& connection, const RequestHead& head, const BodySink& sink) {
         if (head.expects_continue) {
             connection.write("HTTP/1.1 100 Continue\r\n\r\n");
             connection.flush();

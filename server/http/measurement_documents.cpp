@@ -47,9 +47,8 @@ std::string text_of(const Json& json) {
 ReaderAnswer read_reader_answer(std::string_view text) {
     ReaderAnswer answer;
     try {
-        const nlohmann::json document =
-            parse_json(text, {static_cast<std::int64_t>(kReaderAnswerBytesMax), kAnswerDepth,
-                              kAnswerValues});
+        const nlohmann::json document = parse_json(
+            text, {static_cast<std::int64_t>(kReaderAnswerBytesMax), kAnswerDepth, kAnswerValues});
         if (document.contains("code")) {
             answer.code = text_at(document, "code");
             answer.detail = text_at(document, "detail");

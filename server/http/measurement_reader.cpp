@@ -26,21 +26,21 @@ using Clock = std::chrono::steady_clock;
 constexpr int kNice = 5;  // as workers: the front answers first
 
 /// A child that is not left behind.
-class Reader {
+class ReadingProcess {
   public:
-    explicit Reader(int file)
-        : child_(start_child({"read-measurement"}, worker_environment(""), kNice, file,
-                             ChildLimits{kReaderMemoryMax,
-                                         static_cast<std::uint64_t>(kReaderTimeMax.count())})) {}
-    ~Reader() {
+    explicit ReadingProcess(int file)
+        : child_(start_child(
+              {"read-measurement"}, worker_environment(""), kNice, file,
+              ChildLimits{kReaderMemoryMax, static_cast<std::uint64_t>(kReaderTimeMax.count())})) {}
+    ~ReadingProcess() {
         close(child_.socket);
         if (!ended_) {
             kill(child_.pid, SIGKILL);
             wait();
         }
     }
-    Reader(const Reader&) = delete;
-    Reader& operator=(const Reader&) = delete;
+    ReadingProcess(const ReadingProcess&) = delete;
+    ReadingProcess& operator=(const ReadingProcess&) = delete;
 
     /// All that it says, until it closes its end or a bound is met.
     std::string answer() {
@@ -48,8 +48,7 @@ class Reader {
         std::string text;
         std::array<char, 65536> piece;
         while (text.size() <= kReaderAnswerBytesMax) {
-            const auto left =
-                std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+            const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
             if (left.count() <= 0) return "";
             pollfd entry{child_.socket, POLLIN, 0};
             if (poll(&entry, 1, static_cast<int>(left.count())) <= 0) continue;
@@ -79,15 +78,15 @@ class Reader {
 }  // namespace
 
 Measurement read_in_a_process(int file, std::int64_t readers) {
-    Reader reader(file);
+    ReadingProcess reader(file);
     const std::string answer = reader.answer();
     if (answer.empty()) reader.stop();  // it may have ended on its own: then this does nothing
     const int status = reader.wait();
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
         log_line("reader_died", {{"detail", describe_end(status)}});
-        throw Error("unreadable_measurement",
-                    "the process that read the file " + describe_end(status) +
-                        ": nothing of the file is kept");
+        throw Error("unreadable_measurement", "the process that read the file " +
+                                                  describe_end(status) +
+                                                  ": nothing of the file is kept");
     }
     const ReaderAnswer read = read_reader_answer(answer);
     if (!read.code.empty())

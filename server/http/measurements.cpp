@@ -71,9 +71,9 @@ class Measurements {
             static_cast<int>(limit), cursor == request.query.end() ? "" : cursor->second);
         HttpResponse response = json_response(200, measurement_page_document(page));
         if (!page.next_cursor.empty())
-            response.headers.emplace_back(
-                "Link", "</v1/measurements?limit=" + std::to_string(limit) +
-                            "&cursor=" + page.next_cursor + ">; rel=\"next\"");
+            response.headers.emplace_back("Link",
+                                          "</v1/measurements?limit=" + std::to_string(limit) +
+                                              "&cursor=" + page.next_cursor + ">; rel=\"next\"");
         return response;
     }
 

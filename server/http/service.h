@@ -37,8 +37,8 @@ struct ServiceParts {
     Changes& changes;
     Metrics& metrics;
     std::string engine;  ///< names what a result comes from: kernel digest "/" encoder revision
-    std::int64_t readers = 0;  ///< revision of what reads measurements
-    Bounds bounds;       ///< of every room, beside the contract's and the settings
+    std::int64_t readers = 0;    ///< revision of what reads measurements
+    Bounds bounds;               ///< of every room, beside the contract's and the settings
     std::function<void()> ring;  ///< tells the workers that there is work or a cancel
     std::function<std::vector<WorkerStatus>()> workers;
     std::function<std::size_t()> connections;
@@ -88,7 +88,8 @@ class Service {
   private:
     /// What a result of the job comes from.
     std::string engine_of(const JobSpec& job) const;
-    /// Throws InvalidJob naming the measurements that are not here, or of which nothing can be made.
+    /// Throws InvalidJob naming the measurements that are not here, or of which nothing can be
+    /// made.
     void require_measurements(const JobSpec& job, std::string_view job_text);
     /// Of jobs that wait or run.
     std::set<std::string> measurements_in_use();

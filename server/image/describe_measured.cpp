@@ -31,10 +31,14 @@ SliceGrid grid_of(const JobSpec& job) {
 std::vector<std::string> axis_lines(const JobSpec& job) {
     const std::string w = std::to_string(job.resolution[0] - 1);
     const std::string h = std::to_string(job.resolution[1] - 1);
-    return {"column c of a slice: phi_d = 360 c / " + w + " degrees; look up at c + 0.5 texels, c = "
-            "phi_d / 360 * " + w,
-            "row r of a slice: theta_d = 180 r / " + h + " degrees; look up at r + 0.5 texels, r = "
-            "theta_d / 180 * " + h,
+    return {"column c of a slice: phi_d = 360 c / " + w +
+                " degrees; look up at c + 0.5 texels, c = "
+                "phi_d / 360 * " +
+                w,
+            "row r of a slice: theta_d = 180 r / " + h +
+                " degrees; look up at r + 0.5 texels, r = "
+                "theta_d / 180 * " +
+                h,
             "theta_d, phi_d: polar angles of the view about the mirror direction of the light, "
             "theta_d = 0 there (Cezner 2024)"};
 }
@@ -62,8 +66,8 @@ std::string joined(const std::vector<std::string>& lines) {
 Metadata describe_measured(const JobSpec& job, const Provenance& provenance) {
     std::string materials;
     for (const MeasuredMaterial& material : job.measured.materials)
-        materials += (materials.empty() ? "" : "\n") + std::string(kMeasurementPrefix) +
-                     material.data;
+        materials +=
+            (materials.empty() ? "" : "\n") + std::string(kMeasurementPrefix) + material.data;
     return {{"kiln.job", canonical(job)},
             {"kiln.kind", std::string(to_word(job.kind))},
             {"kiln.channels", kChannels},

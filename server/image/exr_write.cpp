@@ -147,7 +147,7 @@ void write_rgb9e5(Imf::OutputFile& file, const Table& table, std::size_t block_l
 }
 
 Imf::PixelType type_of(PixelType pixel) {
-    return pixel == PixelType::half ? Imf::HALF
+    return pixel == PixelType::half     ? Imf::HALF
            : pixel == PixelType::rgb9e5 ? Imf::UINT
                                         : Imf::FLOAT;
 }

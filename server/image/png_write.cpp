@@ -149,9 +149,9 @@ Encoded encode_png(const Table& table, PixelType pixel, const Metadata& metadata
         throw Error("cannot_encode", "PNG holds at most four channels, the table has " +
                                          std::to_string(channels) + "; EXR holds them all");
     const int bit_depth = pixel == PixelType::uint16 ? 16 : 8;
-    const int colour_type = channels == 1   ? PNG_COLOR_TYPE_GRAY
+    const int colour_type = channels == 1             ? PNG_COLOR_TYPE_GRAY
                             : channels == 4 || packed ? PNG_COLOR_TYPE_RGB_ALPHA
-                                            : PNG_COLOR_TYPE_RGB;
+                                                      : PNG_COLOR_TYPE_RGB;
     const std::size_t file_channels = packed ? 4 : channels == 2 ? 3 : channels;
     Metadata texts = metadata;
     if (channels == 2) texts.emplace_back("kiln.unused_channel", "B is 0 and carries no quantity");

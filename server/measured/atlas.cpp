@@ -16,15 +16,15 @@ void paste(const SliceLayout& layout, const SliceTable& one, std::size_t materia
                                to = all.plan.place(layout, s, material);
         for (std::size_t row = 0; row < all.plan.cell_height; ++row)
             for (std::size_t k = 0; k < all.table.planes.size(); ++k) {
-                const auto source = one.table.planes[k].begin() +
-                                    static_cast<std::ptrdiff_t>(
-                                        (from.y - layout.gutter + row) * one.plan.width + from.x -
-                                        layout.gutter);
-                std::copy_n(source, all.plan.cell_width,
-                            all.table.planes[k].begin() +
-                                static_cast<std::ptrdiff_t>(
-                                    (to.y - layout.gutter + row) * all.plan.width + to.x -
-                                    layout.gutter));
+                const auto source =
+                    one.table.planes[k].begin() +
+                    static_cast<std::ptrdiff_t>((from.y - layout.gutter + row) * one.plan.width +
+                                                from.x - layout.gutter);
+                std::copy_n(
+                    source, all.plan.cell_width,
+                    all.table.planes[k].begin() +
+                        static_cast<std::ptrdiff_t>((to.y - layout.gutter + row) * all.plan.width +
+                                                    to.x - layout.gutter));
             }
     }
 }
@@ -66,8 +66,8 @@ double lookup_error(const SliceLayout& layout, const SliceTable& made, std::size
             const double weight = std::sin(theta_d) * out.z;
             Origin origin{};
             const double f = truth.value(theta_in, out, origin)[1];
-            off += weight * std::abs(look_up(layout, made, material, theta_in, out)[1] -
-                                     std::max(0.0, f));
+            off += weight *
+                   std::abs(look_up(layout, made, material, theta_in, out)[1] - std::max(0.0, f));
             all += weight * std::max(0.0, f);
         }
     return all > 0 ? off / all : 0;

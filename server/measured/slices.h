@@ -58,8 +58,8 @@ SliceTable make_slices(
 std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
                          const std::vector<std::string>& names);
 
-/// The view of a texel of one slice; columns beyond a whole turn and rows beyond a pole are those of
-/// a gutter.
+/// The view of a texel of one slice; columns beyond a whole turn and rows beyond a pole are those
+/// of a gutter.
 Vec view_of(const SliceLayout& layout, double theta_in, double column, double row);
 
 /// What a shader finds in the image: trilinear among slices, clamped in theta_in.

@@ -69,7 +69,7 @@ enum class PixelType {
     uint8,
     uint16,
     rgb9e5  ///< three colours in 32 bits (server/base/rgb9e5.h)
-};  // "half", "float", "uint8", "uint16", "rgb9e5" in JSON
+};          // "half", "float", "uint8", "uint16", "rgb9e5" in JSON
 
 /// One axis of a table: which parameter it carries and where texel i of n lies on it.
 struct Axis {

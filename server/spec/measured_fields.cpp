@@ -124,8 +124,9 @@ class MeasuredReader {
             problems_.add(place, "has " + std::to_string(count) +
                                      " materials; slices are of one, more are an atlas");
         if (list && measured_.is_object() && measured_.contains("name"))
-            problems_.add("/measured/name", "goes with one measurement; in a list each material "
-                                            "has its own: {\"data\": …, \"name\": …}");
+            problems_.add("/measured/name",
+                          "goes with one measurement; in a list each material "
+                          "has its own: {\"data\": …, \"name\": …}");
     }
 
     const Json& measured_;
@@ -134,8 +135,7 @@ class MeasuredReader {
 };
 
 /// Texels of a slice, and of the image that they make.
-void read_resolution(const Json& given, const Json& document, ProblemList& problems,
-                     JobSpec& job) {
+void read_resolution(const Json& given, const Json& document, ProblemList& problems, JobSpec& job) {
     job.resolution = {361, 181};  // Cezner 2024: a degree a step, both ends included
     if (given.contains("resolution") && problems.sound("/resolution"))
         job.resolution = document["resolution"].get<std::vector<std::int64_t>>();
@@ -172,9 +172,7 @@ Json measured_json(const MeasuredSpec& measured) {
                               {{"p", material.extrapolation.p},
                                {"l", material.extrapolation.l},
                                {"theta_in", to_word(material.extrapolation.theta_in)}}}});
-    return {{"data", materials},
-            {"theta_in", measured.theta_in},
-            {"gutter", measured.gutter}};
+    return {{"data", materials}, {"theta_in", measured.theta_in}, {"gutter", measured.gutter}};
 }
 
 std::vector<std::string> measurement_pointers(std::string_view job_text) {

@@ -231,8 +231,7 @@ MeasurementPage MeasurementStore::list(int limit, const std::string& cursor) {
     const std::lock_guard lock(state_->mutex);
     MeasurementPage page;
     std::int64_t last = 0;
-    for (Rows rows = state_->page.run(sequence_of(cursor), std::int64_t{limit} + 1);
-         rows.next();) {
+    for (Rows rows = state_->page.run(sequence_of(cursor), std::int64_t{limit} + 1); rows.next();) {
         if (page.measurements.size() == static_cast<std::size_t>(limit)) {
             page.next_cursor = std::to_string(last);
             continue;

@@ -17,9 +17,9 @@ struct Measurement {
     std::string digest;  ///< SHA-256, 64 hex digits
     std::uint64_t bytes = 0;
     std::string format, title;
-    std::string unfit;  ///< why no table can be made of it, "" where one can
-    std::string account;       ///< JSON; left empty in pages
-    std::int64_t readers = 0;  ///< revision of what read it
+    std::string unfit;            ///< why no table can be made of it, "" where one can
+    std::string account;          ///< JSON; left empty in pages
+    std::int64_t readers = 0;     ///< revision of what read it
     std::int64_t created_ms = 0;  ///< Unix time, for display only
 };
 
@@ -45,8 +45,9 @@ class MeasurementStore {
     /// As find, and the file's bytes are what they were: damaged ones are set aside and count as
     /// absent.
     std::optional<Measurement> find_sound(const std::string& digest);
-    /// Keeps a blob (seal it before: that may take long) under `what`, whose digest and bytes are filled in. `in_use` gives the
-    /// digests that must stay; throws Error("measurements_full") where they leave no room.
+    /// Keeps a blob (seal it before: that may take long) under `what`, whose digest and bytes are
+    /// filled in. `in_use` gives the digests that must stay; throws Error("measurements_full")
+    /// where they leave no room.
     Measurement keep(IncomingBlob& blob, Measurement what,
                      const std::function<std::set<std::string>()>& in_use);
     /// Replaces what was understood, after readers have changed.

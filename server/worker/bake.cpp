@@ -45,7 +45,8 @@ Baked bake_study(Engine& engine, const JobSpec& job, const Control& control) {
             .extension = "png",
             .report = std::move(made.report),
             .image_digest = std::move(digest),
-            .study = std::move(made.study)};
+            .study = std::move(made.study),
+            .sidecar = {}};
 }
 
 }  // namespace
@@ -93,7 +94,8 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control,
             .extension = std::move(encoded.extension),
             .report = std::move(report),
             .image_digest = std::move(digest),
-            .study = {}};
+            .study = {},
+            .sidecar = {}};
 }
 
 }  // namespace kiln

@@ -19,7 +19,7 @@ struct Baked {
     Report report;             ///< complete but for run_time_s.queued, which only a queue knows
     std::string image_digest;  ///< SHA-256 of `image`, 64 hex digits: the blob's name and its ETag
     std::optional<Study> study;  ///< of a job that is one; its diagrams are the image
-    std::string sidecar;  ///< JSON: what a shader has to know of slices and atlases; else ""
+    std::string sidecar;         ///< JSON: what a shader has to know of slices and atlases; else ""
 };
 
 /// Gives a measured file's bytes by their SHA-256; throws Error where it has none.

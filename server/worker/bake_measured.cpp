@@ -43,8 +43,8 @@ class Teller {
         if (Clock::now() - told_ < kTellInterval) return;
         told_ = Clock::now();
         // 1 is what a result says that waits to be stored.
-        const double done = (static_cast<double>(material) + fraction) /
-                            static_cast<double>(count_) * 0.999;
+        const double done =
+            (static_cast<double>(material) + fraction) / static_cast<double>(count_) * 0.999;
         control_.progress({.fraction = done, .standard_error_max = {}});
         if (control_.cancelled()) throw Cancelled();
     }

@@ -12,8 +12,7 @@
 namespace kiln {
 namespace {
 
-const Metadata kPacked = {
-    {"kiln.pixel", pixel_words(ImageFormat::png, PixelType::rgb9e5)}};
+const Metadata kPacked = {{"kiln.pixel", pixel_words(ImageFormat::png, PixelType::rgb9e5)}};
 
 /// Texel n has the colours 2^n (1, 1/2, 1/4), all exact.
 Table powers(std::size_t planes) {

@@ -59,7 +59,9 @@ TEST(Contract, LaterValuesAreRefusedByName) {
         "type": "object", "additionalProperties": false,
         "properties": {"kind": {"type": "string", "enum": ["a"], "x-kiln-later": {"enum": ["b"]}}},
         "x-kiln-later": {"properties": ["more"]}})");
-    const auto message = [&](const char* text) { return walk(later, Json::parse(text)).at(0).message; };
+    const auto message = [&](const char* text) {
+        return walk(later, Json::parse(text)).at(0).message;
+    };
     EXPECT_EQ(message(R"({"kind":"b"})"), R"("b" is not supported yet; allowed: "a")");
     EXPECT_EQ(message(R"({"kind":"c"})"), R"("c" is not allowed; allowed: "a"; did you mean "a"?)");
     EXPECT_EQ(message(R"({"more":1})"),

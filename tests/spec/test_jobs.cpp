@@ -102,8 +102,8 @@ TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
 
 TEST(Jobs, SpellingsOfMeasuredAreOneJob) {
     const auto id = [](const char* measured) {
-        return job_id(parse_job(
-            with_digest(std::string(R"({"kind":"atlas","measured":)") + measured + "}")));
+        return job_id(
+            parse_job(with_digest(std::string(R"({"kind":"atlas","measured":)") + measured + "}")));
     };
     const std::string one = id(R"({"data":ID})");
     for (const char* same :
