@@ -70,7 +70,8 @@ ReaderAnswer read_reader_answer(std::string_view text) {
 std::string measurement_document(const Measurement& measurement) {
     Json document = brief(measurement);
     document["readers"] = measurement.readers;
-    for (const auto& [name, value] : Json::parse(measurement.account).items())
+    const Json account = Json::parse(measurement.account);
+    for (const auto& [name, value] : account.items())
         if (!document.contains(name)) document[name] = value;
     return text_of(document);
 }
