@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """atlas_picture.py ATLAS.png SIDECAR.json OUT.png: an rgb9e5 atlas for people.
 
-pi f, which is the albedo where a material is diffuse, through x / (1 + x / 4) and sRGB; texels below
-the horizon, which no shader reads, are dark. Cells are as in the atlas, with a line between slices."""
+pi f, the albedo where a material is diffuse, through x / (1 + x / 4) and sRGB; texels below the
+horizon, which no shader reads, are dark. Cells are as in the atlas, with lines between slices."""
 import json
 import math
 import os
@@ -29,7 +29,8 @@ def above_horizon(sidecar, theta_in, column, row):
     phi = 2 * math.pi * column / (size["width"] - 1)
     theta = math.pi * min(max(row, 0), size["height"] - 1) / (size["height"] - 1)
     angle = math.radians(theta_in)
-    return -math.sin(angle) * math.sin(theta) * math.cos(phi) + math.cos(angle) * math.cos(theta) > 0
+    across = -math.sin(angle) * math.sin(theta) * math.cos(phi)
+    return across + math.cos(angle) * math.cos(theta) > 0
 
 
 def draw(slices):
@@ -44,7 +45,8 @@ def draw(slices):
                         x, y = entry["x"] + c, entry["y"] + r
                         rows[y][x] = tuple(shown(math.pi * v) for v in slices.texel(x, y))
     grid = slices.sidecar["grid"]
-    across, down = (grid["cell_columns"] * grid["cell_width"], grid["cell_rows"] * grid["cell_height"])
+    across = grid["cell_columns"] * grid["cell_width"]
+    down = grid["cell_rows"] * grid["cell_height"]
     for y in range(height):
         for x in range(width):
             if (x and x % across == 0) or (y and y % down == 0):

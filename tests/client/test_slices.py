@@ -44,7 +44,8 @@ class Slices(KilnTest):
         self.kiln("bake", "files/job.json", "--local", "-o", "a.png", "--report", "r.json",
                   "--sidecar", "s.json")
         self.assertEqual(self.files(), ["a.png", "by_id.json", "files", "r.json", "s.json"])
-        self.assertEqual(json.loads(self.read("r.json"))["measured"], json.loads(self.read("s.json")))
+        report = json.loads(self.read("r.json"))
+        self.assertEqual(report["measured"], json.loads(self.read("s.json")))
         image, _ = self.kiln("bake", "files/job.json", "--local", "-o", "-")
         self.assertEqual(image[:4], b"\x76\x2f\x31\x01")
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a shader does with an image of slices and its side-car: a PNG's bytes, the bits of RGB9_E5, and
-the lookup, each written from its own definition and from nothing of the program."""
+"""What a shader does with an image of slices and its side-car: a PNG's bytes, the bits of RGB9_E5
+and the lookup, each written from its own definition and from nothing of the program."""
 import math
 import struct
 import zlib

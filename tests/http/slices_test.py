@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs of kind slices and atlas: from an uploaded file to the image and side-car that a shader reads,
+"""Jobs of kind slices and atlas: from an uploaded file to what a shader makes of image and side-car,
 against the formulas that the file was written from."""
 import hashlib
 import json
@@ -119,7 +119,8 @@ class Measured(ServiceTest):
                               ({"format": "exr", "pixel": "float"}, b"\x76\x2f\x31\x01"),
                               ({"format": "exr", "pixel": "rgb9e5"}, b"\x76\x2f\x31\x01"),
                               ({"format": "png"}, b"\x89PNG"),
-                              ({"format": "png", "pixel": "uint8"}, b"\x89PNG"), (PACKED, b"\x89PNG")):
+                              ({"format": "png", "pixel": "uint8"}, b"\x89PNG"),
+                              (PACKED, b"\x89PNG")):
             done = self.bake({"kind": "slices", "measured": {"data": self.felt},
                               "resolution": [19, 10], "output": output})
             image, sidecar, report = self.fetched(done)
@@ -187,7 +188,8 @@ def shared_files():
             if not name.startswith("LICENSE")]
 
 
-@unittest.skipUnless(shared_files(), "no folder of measured files; KILN_MEASURED_FILES may name one")
+@unittest.skipUnless(shared_files(),
+                     "no folder of measured files; KILN_MEASURED_FILES may name one")
 class Shared(ServiceTest):
     FLAGS = ["--device", "native"]
 

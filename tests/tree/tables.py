@@ -63,7 +63,8 @@ ARROWS = {
 HEAVY_HEADERS = {
     "nlohmann/json.hpp": [
         "client/json.cpp", "client/scene_json.cpp", "server/compute/devices_json.cpp",
-        "server/compute/report.cpp", "server/http/documents.cpp", "server/http/measurement_documents.cpp",
+        "server/compute/report.cpp", "server/http/documents.cpp",
+        "server/http/measurement_documents.cpp",
         "server/scene/material_list.cpp", "server/scene/plan_document.cpp",
         "server/scene/plan_options.cpp", "server/scene/scene.cpp", "server/scene/walk.cpp",
         "server/measured/account.cpp", "server/measured/bird_json.cpp",
