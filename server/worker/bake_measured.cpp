@@ -2,6 +2,10 @@
 #include "server/worker/bake_measured.h"
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
 
 #include "server/base/sha256.h"
 #include "server/compute/kernel_digest.h"
@@ -9,6 +13,7 @@
 #include "server/measured/atlas.h"
 #include "server/measured/job_sidecar.h"
 #include "server/spec/spec.h"
+#include "server/worker/bounds.h"
 #include "server/worker/pixel_losses.h"
 
 namespace kiln {
@@ -21,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 /// Resampling runs in double on the host, with the C library's functions of angles.
 constexpr const char* kNumerics = "host-double";
 /// Between two words to whoever waits.
-constexpr std::chrono::milliseconds kTellInterval{50};
+constexpr std::chrono::milliseconds kTellInterval{50}, kSignInterval{500};
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
@@ -35,24 +40,58 @@ SliceLayout layout_of(const JobSpec& job) {
             .gutter = size(job.measured.gutter)};
 }
 
-/// Progress of one material among many, and the look for a cancel.
+/// Progress of one material among many, and the look for a cancel. Reading a file and integrating
+/// its albedos say nothing for a while: a thread beside them gives signs of life, but of no step
+/// for longer than kQuietStepMax.
 class Teller {
   public:
-    Teller(const Control& control, std::size_t count) : control_(control), count_(count) {}
+    Teller(const Control& control, std::size_t count)
+        : control_(control), count_(count), thread_([this] { keep_in_touch(); }) {}
+    ~Teller() {
+        {
+            const std::lock_guard lock(mutex_);
+            quit_ = true;
+        }
+        changed_.notify_all();
+        thread_.join();
+    }
+    Teller(const Teller&) = delete;
+    Teller& operator=(const Teller&) = delete;
+
     void at(std::size_t material, double fraction) {
-        if (Clock::now() - told_ < kTellInterval) return;
-        told_ = Clock::now();
-        // 1 is what a result says that waits to be stored.
-        const double done =
-            (static_cast<double>(material) + fraction) / static_cast<double>(count_) * 0.999;
-        control_.progress({.fraction = done, .standard_error_max = {}});
+        {
+            const std::lock_guard lock(mutex_);
+            sign_ = Clock::now();
+            // 1 is what a result says that waits to be stored.
+            fraction_ =
+                0.999 * (static_cast<double>(material) + fraction) / static_cast<double>(count_);
+            if (sign_ - told_ < kTellInterval) return;
+            tell();
+        }
         if (control_.cancelled()) throw Cancelled();
     }
 
   private:
+    void tell() {
+        told_ = Clock::now();
+        control_.progress({.fraction = fraction_, .standard_error_max = {}});
+    }
+    void keep_in_touch() {
+        std::unique_lock lock(mutex_);
+        while (!quit_) {
+            changed_.wait_for(lock, kSignInterval);
+            if (!quit_ && Clock::now() - sign_ < kQuietStepMax) tell();
+        }
+    }
+
     const Control& control_;
-    std::size_t count_;
-    Clock::time_point told_{};
+    const std::size_t count_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    Clock::time_point told_{}, sign_ = Clock::now();
+    double fraction_ = 0;
+    bool quit_ = false;
+    std::thread thread_;
 };
 
 Material read_material(const MeasuredMaterial& wanted, const MeasurementSource& measurements,
@@ -87,17 +126,18 @@ Baked bake_measured(Engine& engine, const JobSpec& job, const Control& control,
                     const MeasurementSource& measurements) {
     const Clock::time_point start = Clock::now();
     const std::vector<MeasuredMaterial>& materials = job.measured.materials;
-    Teller teller(control, materials.size());
+    std::optional<Teller> teller(std::in_place, control, materials.size());
     Atlas atlas(layout_of(job), materials.size());
     std::vector<MaterialNote> notes(materials.size());
     for (std::size_t m = 0; m < materials.size(); ++m) {
-        teller.at(m, 0);
+        teller->at(m, 0);
         const Material material = read_material(materials[m], measurements, notes[m]);
-        atlas.add(material, [&](double fraction) { teller.at(m, fraction); });
+        atlas.add(material, [&](double fraction) { teller->at(m, fraction); });
         for (std::size_t s = 0; s < atlas.layout().theta_in.size(); ++s)
             notes[m].lookup_error.push_back(
                 lookup_error(atlas.layout(), atlas.made(), m, s, material));
     }
+    teller.reset();
     Baked baked;
     Report& report = baked.report;
     report.job = job_id(job);
