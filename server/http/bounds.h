@@ -28,7 +28,8 @@ inline constexpr int kMeasurementUploadsMax = 16;
 /// Processes that read a measurement, how long another upload waits for one, and what each may use.
 inline constexpr int kReadersMax = 2;
 inline constexpr std::chrono::seconds kReaderPatienceMax{60};
-inline constexpr std::chrono::seconds kReaderTimeMax{60};
+inline constexpr std::chrono::seconds kReaderTimeMax{60};   ///< of a core
+inline constexpr std::chrono::seconds kReaderWaitMax{240};  ///< where cores are scarce
 inline constexpr std::uint64_t kReaderMemoryMax = std::uint64_t{2} << 30;
 inline constexpr std::size_t kReaderAnswerBytesMax = 8 << 20;
 /// Small pieces of an answer that wait for the next large one.

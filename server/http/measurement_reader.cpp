@@ -44,7 +44,7 @@ class ReadingProcess {
 
     /// All that it says, until it closes its end or a bound is met.
     std::string answer() {
-        const Clock::time_point deadline = Clock::now() + kReaderTimeMax;
+        const Clock::time_point deadline = Clock::now() + kReaderWaitMax;
         std::string text;
         std::array<char, 65536> piece;
         while (text.size() <= kReaderAnswerBytesMax) {

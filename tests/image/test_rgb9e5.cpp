@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "server/base/error.h"
 #include "server/base/rgb9e5.h"
 #include "server/image/image.h"
 #include "server/spec/pixel_words.h"
