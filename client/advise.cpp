@@ -69,6 +69,9 @@ void print_table(const std::vector<Candidate>& candidates, double max_error) {
 
 Exit advise(const AdviseOptions& options) {
     const JobSpec job = parse_job(read_input(options.job, kJobInputBytesMax));
+    if (job.kind != Kind::lut)
+        throw InvalidJob(
+            std::vector<Problem>{{"/kind", "advice is on tables of models: kind lut alone"}});
     refuse_what_quadrature_lacks(job);
     ThreadPool pool(0);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());

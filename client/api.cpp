@@ -161,10 +161,36 @@ std::string Api::image(const std::string& id) {
 }
 
 std::string Api::report(const std::string& id) {
-    HttpAnswer answer = ask(request("GET", "/v1/jobs/" + id + "/report"));
+    HttpRequest get = request("GET", "/v1/jobs/" + id + "/report");
+    get.answer_bytes_max = kListBytesMax;  // a side-car may be in it
+    HttpAnswer answer = ask(std::move(get));
     if (!read_report(answer.body))
         throw Failure(Exit::failed, "bad_report", url_ + " sent a report that cannot be read");
     return std::move(answer.body);
+}
+
+std::string Api::sidecar(const std::string& id) {
+    HttpRequest get = request("GET", "/v1/jobs/" + id + "/sidecar");
+    get.answer_bytes_max = kListBytesMax;
+    return ask(std::move(get)).body;
+}
+
+bool Api::has_measurement(const std::string& digest) {
+    HttpRequest get = request("GET", "/v1/measurements/sha256:" + digest);
+    get.answer_bytes_max = kListBytesMax;
+    const HttpAnswer answer = send(std::move(get));
+    if (answer.status == 404) return false;
+    if (answer.status != 200) throw refusal(url_, answer);
+    return true;
+}
+
+std::string Api::upload(std::string bytes) {
+    HttpRequest post = request("POST", "/v1/measurements");
+    post.content_type = "application/octet-stream";
+    post.body = std::move(bytes);
+    post.answer_bytes_max = kListBytesMax;
+    post.timeout = 600s;
+    return ask(std::move(post)).body;
 }
 
 bool Api::cancel(const std::string& id) {

@@ -26,6 +26,12 @@ class Api {
     /// The bytes, which have the SHA-256 that the server's ETag promised.
     std::string image(const std::string& id);
     std::string report(const std::string& id);
+    /// JSON, of a job of measured kind.
+    std::string sidecar(const std::string& id);
+    /// By SHA-256, 64 hex digits.
+    bool has_measurement(const std::string& digest);
+    /// What the server understood of a measured file, as JSON; the same bytes again are no work.
+    std::string upload(std::string bytes);
     /// What the server bakes with: kernel digest "/" encoder revision.
     std::string engine();
     /// False: it had finished already.

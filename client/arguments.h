@@ -21,6 +21,7 @@ struct Arguments {
     SceneOptions scene;
     SliceOptions slices;
     ServerOptions server;
+    std::vector<std::string> files;
     std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;
     std::size_t count_max = 20;

@@ -5,12 +5,21 @@
 #include "client/interrupt.h"
 #include "client/json.h"
 #include "client/summary.h"
+#include "server/spec/kinds.h"
 #include "server/spec/settings.h"
 #include "server/spec/words.h"
 
 namespace kiln::client {
 
 namespace {
+
+/// Beside the image: atlas.exr has atlas.sidecar.json.
+std::string sidecar_path(const BakeOptions& options) {
+    if (!options.sidecar.empty() || options.output == "-") return options.sidecar;
+    const std::string extension = extension_of(options.output);
+    const std::size_t end = options.output.size() - (extension.empty() ? 0 : extension.size() + 1);
+    return options.output.substr(0, end) + ".sidecar.json";
+}
 
 void check_arguments(const BakeOptions& options) {
     const std::string extension = extension_of(options.output);
@@ -35,8 +44,9 @@ std::string apply_all(const std::string& text, const std::vector<std::string>& s
     }
 }
 
-JobSpec load_job(const BakeOptions& options) {
+JobSpec load_job(const BakeOptions& options, MeasurementFiles& files) {
     std::string text = apply_all(read_input(options.job, kJobInputBytesMax), options.settings);
+    text = take_measurements(text, options.job, options.measurements, files);
     const std::string extension = extension_of(options.output);
     const bool named = options.output != "-" && !extension.empty();
     if (named && lacks_output_format(text)) {
@@ -58,13 +68,17 @@ JobSpec load_job(const BakeOptions& options) {
 
 Exit bake(const BakeOptions& options) {
     check_arguments(options);
-    const JobSpec job = load_job(options);
+    MeasurementFiles files;
+    const JobSpec job = load_job(options, files);
+    const std::string sidecar = is_measured(job.kind) ? sidecar_path(options) : "";
+    if (!sidecar.empty()) check_output(sidecar);
     const Interrupt interrupt(options.timeout_s);
     const Stop stop(interrupt, options.timeout_s);
-    const Baking result = run_job(options, job, stop);
+    const Baking result = run_job(options, job, stop, files);
     if (interrupt.requested()) stop.leave();
 
     write_output(options.output, result.image);
+    if (!sidecar.empty()) write_output(sidecar, result.sidecar + "\n");
     if (!options.report.empty()) write_output(options.report, result.report + "\n");
     if (options.json && options.report != "-") write_output("-", result.report + "\n");
     if (const auto report = read_report(result.report))

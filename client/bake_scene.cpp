@@ -128,7 +128,7 @@ class SceneBake {
         if (first) full_ = full_set_of(plan);
         if (first) jobs.insert(jobs.end(), full_.jobs.begin(), full_.jobs.end());
         if (jobs.empty()) return;
-        std::vector<Baking> baked = bakery_.bake(jobs);
+        std::vector<Baking> baked = bakery_.bake(jobs, {});
         for (std::size_t k = 0; k < places.size(); ++k) {
             tables_[places[k]].cached = baked[k].cached;
             tables_[places[k]].report = std::move(baked[k].report);

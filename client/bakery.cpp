@@ -11,6 +11,7 @@
 #include "server/compute/kernel_digest.h"
 #include "server/compute/opencl_threads.h"
 #include "server/image/image.h"
+#include "server/spec/kinds.h"
 #include "server/spec/limits.h"
 #include "server/spec/spec.h"
 #include "server/worker/bake.h"
@@ -50,13 +51,15 @@ class RemoteBakery final : public Bakery {
     std::string engine() override { return api_.engine(); }
     std::string where() const override { return api_.url(); }
 
-    std::vector<Baking> bake(const std::vector<JobSpec>& jobs) override {
+    std::vector<Baking> bake(const std::vector<JobSpec>& jobs,
+                             const MeasurementFiles& files) override {
         Overall overall(mode_, jobs.size());
         std::vector<Baking> baked;
         try {
+            for (const JobSpec& job : jobs) upload_missing(api_, job, files);
             const std::vector<JobStatus> taken = submit(jobs);
             for (const JobStatus& status : taken)
-                baked.push_back(fetch(status, overall, baked.size()));
+                baked.push_back(fetch(status, jobs[baked.size()], overall, baked.size()));
         } catch (const Cancelled&) {
             abandon(std::span(jobs).subspan(baked.size()));
             stop_.leave();
@@ -78,7 +81,7 @@ class RemoteBakery final : public Bakery {
         return taken;
     }
 
-    Baking fetch(JobStatus status, Overall& overall, std::size_t done) {
+    Baking fetch(JobStatus status, const JobSpec& job, Overall& overall, std::size_t done) {
         const double wait_s = mode_ == ProgressMode::none ? kQuietWaitS : kPollWaitS;
         while (status.state == "queued" || status.state == "running") {
             overall.update(done, {status.state, status.progress, status.standard_error_max});
@@ -97,7 +100,9 @@ class RemoteBakery final : public Bakery {
                           "the job " + status.state + " on " + api_.url() +
                               (status.error_detail.empty() ? "" : ": " + status.error_detail));
         std::string image = api_.image(status.id);
-        return {std::move(image), api_.report(status.id), api_.url(), status.cached};
+        std::string sidecar = is_measured(job.kind) ? api_.sidecar(status.id) : "";
+        return {std::move(image), api_.report(status.id), std::move(sidecar), api_.url(),
+                status.cached};
     }
 
     /// Best effort: the reason for leaving is what the user hears, not that the server was gone
@@ -126,7 +131,8 @@ class LocalBakery final : public Bakery {
     }
     std::string where() const override { return ""; }
 
-    std::vector<Baking> bake(const std::vector<JobSpec>& jobs) override {
+    std::vector<Baking> bake(const std::vector<JobSpec>& jobs,
+                             const MeasurementFiles& files) override {
         Overall overall(mode_, jobs.size());
         std::vector<Baking> baked;
         const Control control{
@@ -137,8 +143,12 @@ class LocalBakery final : public Bakery {
             .cancelled = [this] { return stop_.requested(); }};
         try {
             for (const JobSpec& job : jobs) {
-                Baked one = kiln::bake(engine_for(job.device), job, control);
-                baked.push_back({std::move(one.image), report_json(one), "", false});
+                Baked one =
+                    kiln::bake(engine_for(job.device), job, control,
+                               [&files](const std::string& digest) { return files.bytes(digest); });
+                std::string report = report_json(one);
+                baked.push_back(
+                    {std::move(one.image), std::move(report), std::move(one.sidecar), "", false});
             }
         } catch (const Cancelled&) {
             stop_.leave();
@@ -192,17 +202,20 @@ std::unique_ptr<Bakery> open_bakery(const RunOptions& options, const Stop& stop,
     return in_this_process(options, "no server at " + kDefaultServer, stop, opencl_wait);
 }
 
-Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop) {
+Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop,
+               const MeasurementFiles& files) {
     // A server gives native the job at once and builds OpenCL beside it; one command has nothing
     // else to do.
     constexpr auto kOpenClWait = 30s;
     const auto bakery = open_bakery(options, stop, kOpenClWait);
     try {
-        return bakery->bake({job}).front();
+        return bakery->bake({job}, files).front();
     } catch (const Failure& failure) {
         const bool asked_for = !options.server.empty() || bakery->where().empty();
         if (asked_for || failure.exit != Exit::unreachable) throw;
-        return in_this_process(options, failure.what(), stop, kOpenClWait)->bake({job}).front();
+        return in_this_process(options, failure.what(), stop, kOpenClWait)
+            ->bake({job}, files)
+            .front();
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "client/commands.h"
 #include "client/interrupt.h"
+#include "client/measurements.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln::client {
@@ -14,8 +15,9 @@ namespace kiln::client {
 /// What came of a job.
 struct Baking {
     std::string image;
-    std::string report;  ///< JSON
-    std::string where;   ///< the server, or "" for this process
+    std::string report;   ///< JSON
+    std::string sidecar;  ///< JSON of measured kinds, else ""
+    std::string where;    ///< the server, or "" for this process
     bool cached = false;
 };
 
@@ -24,8 +26,10 @@ class Bakery {
   public:
     virtual ~Bakery() = default;
     /// In the order of the jobs; of several, one request. Throws Failure, or what the engine
-    /// throws; leaves through Stop where it was asked to.
-    virtual std::vector<Baking> bake(const std::vector<JobSpec>& jobs) = 0;
+    /// throws; leaves through Stop where it was asked to. `files` are what measured kinds are made
+    /// of; a server that lacks one gets it.
+    virtual std::vector<Baking> bake(const std::vector<JobSpec>& jobs,
+                                     const MeasurementFiles& files) = 0;
     /// What makes the images: kernel digest "/" encoder revision.
     virtual std::string engine() = 0;
     virtual std::string where() const = 0;  ///< the server's URL, "" for this process
@@ -38,6 +42,7 @@ std::unique_ptr<Bakery> open_bakery(const RunOptions& options, const Stop& stop,
 
 /// One job, with patience for OpenCL. A server that nobody asked for and that fails does not fail
 /// the bake: it goes on in this process.
-Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop);
+Baking run_job(const RunOptions& options, const JobSpec& job, const Stop& stop,
+               const MeasurementFiles& files = {});
 
 }  // namespace kiln::client

@@ -125,6 +125,15 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         ->allow_extra_args(false);
     command.add_option("--report", options.report, "write the report (error, run time, device)")
         ->type_name("FILE");
+    command
+        .add_option("--measurement", options.measurements,
+                    "a measured file that the job names by its sha256; may be repeated")
+        ->type_name("FILE")
+        ->allow_extra_args(false);
+    command
+        .add_option("--sidecar", options.sidecar,
+                    "of slices and atlases: what a shader has to know; else OUTPUT.sidecar.json")
+        ->type_name("FILE");
     add_run(command, options, arguments);
     add_json(command, arguments);
     command.footer(
@@ -134,6 +143,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         "dfg.png\n"
         "  kiln bake - -o - --report dfg.json < job.json > dfg.exr\n"
         "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
+        "  kiln bake examples/slices_lacquer.json -o lacquer.exr\n"
         "\nWith no server named and none at the usual place, bakes in this process and says so.\n" +
         std::string(kExitCodes));
     command.callback([&arguments, &options] {

@@ -25,10 +25,12 @@ struct RunOptions {
 };
 
 struct BakeOptions : RunOptions {
-    std::string job;                    ///< file, or "-" for standard input
-    std::vector<std::string> settings;  ///< field=value
-    std::string output;                 ///< file, or "-" for standard output
-    std::string report;                 ///< file, or "" for none
+    std::string job;                        ///< file, or "-" for standard input
+    std::vector<std::string> settings;      ///< field=value
+    std::string output;                     ///< file, or "-" for standard output
+    std::string report;                     ///< file, or "" for none
+    std::vector<std::string> measurements;  ///< files that the job names by their hash
+    std::string sidecar;  ///< of measured kinds: file, or "" for one beside the output
 };
 
 struct StudyOptions : RunOptions {
@@ -88,6 +90,8 @@ Exit diff(const std::string& a, const std::string& b, double max_error, bool jso
 Exit devices(bool json);
 /// What a measured file says, and what speaks for it. Exit::usage where no format fits.
 Exit measure_info(const std::string& path, bool json);
+/// Gives measured files to a server and prints their ids.
+Exit measure_upload(const ServerOptions& options, const std::vector<std::string>& files);
 /// Measured files into an image of slices; of several, an atlas.
 Exit measure_slices(const SliceOptions& options);
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);

@@ -164,7 +164,8 @@ HttpAnswer HttpClient::send(const HttpRequest& request) {
         curl_slist* list = nullptr;
         ~Headers() { curl_slist_free_all(list); }
     } headers;
-    headers.list = curl_slist_append(headers.list, "Content-Type: application/json");
+    headers.list =
+        curl_slist_append(headers.list, ("Content-Type: " + request.content_type).c_str());
     headers.list = curl_slist_append(headers.list, "Expect:");  // no round trip before the body
     state_->prepare(request, headers.list, transfer);
     const CURLcode code = state_->perform();

@@ -12,7 +12,8 @@ namespace kiln::client {
 struct HttpRequest {
     std::string method;  ///< GET, POST or DELETE
     std::string url;
-    std::string body;  ///< JSON, sent with POST only
+    std::string body;                               ///< sent with POST only
+    std::string content_type = "application/json";  ///< of the body
     std::size_t answer_bytes_max = 1 << 20;
     std::chrono::milliseconds connect_timeout{3000};
     std::chrono::milliseconds timeout{30000};

@@ -177,6 +177,24 @@ std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text) 
     return entries;
 }
 
+std::optional<MeasurementAnswer> read_measurement_answer(std::string_view text) {
+    const auto json = parse(text);
+    if (!json || !json->is_object()) return std::nullopt;
+    MeasurementAnswer answer{.id = text_at(*json, "id"),
+                             .format = text_at(*json, "format"),
+                             .title = text_at(*json, "title"),
+                             .unfit = text_at(*json, "unfit")};
+    if (answer.id.empty()) return std::nullopt;
+    return answer;
+}
+
+std::string measurements_json(const std::vector<std::string>& documents) {
+    Json list = Json::array();
+    for (const std::string& document : documents)
+        if (auto json = parse(document)) list.push_back(std::move(*json));
+    return dump({{"measurements", list}});
+}
+
 std::string read_engine(std::string_view text) {
     const auto json = parse(text);
     if (!json || !json->is_object()) return "";
@@ -198,7 +216,8 @@ bool is_capabilities(std::string_view text) {
 bool lacks_output_format(std::string_view job_text) {
     const auto json = parse(job_text);
     if (!json || !json->is_object()) return false;
-    if (json->value("kind", Json("lut")) != "lut") return false;  // a study is a PNG
+    const Json kind = json->value("kind", Json("lut"));
+    if (kind != "lut" && kind != "slices" && kind != "atlas") return false;  // a study is a PNG
     const auto output = json->find("output");
     return output == json->end() || (output->is_object() && !output->contains("format"));
 }

@@ -38,6 +38,12 @@ struct BatchEntry {
     std::string document;  ///< of the job, or the problem
 };
 
+/// A measurement as a server tells of it.
+struct MeasurementAnswer {
+    std::string id, format, title;
+    std::string unfit;  ///< why no table can be made of it, "" where one can
+};
+
 struct ProblemDocument {
     std::string code, detail;
     std::vector<Problem> problems;
@@ -49,6 +55,7 @@ std::optional<JobList> read_job_list(std::string_view text);
 std::optional<ProblemDocument> read_problem(std::string_view text);
 std::optional<Report> read_report(std::string_view text);
 std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text);
+std::optional<MeasurementAnswer> read_measurement_answer(std::string_view text);
 /// Kernel digest "/" encoder revision of GET /v1/capabilities; "" where it does not say.
 std::string read_engine(std::string_view text);
 /// True for an answer of GET /v1/capabilities.
@@ -69,6 +76,8 @@ std::string info_json(const Decoded& file, const std::vector<ChannelStatistics>&
 std::string difference_json(const Comparison& comparison, double max_error);
 std::string advice_json(const std::vector<Candidate>& candidates, double max_error);
 std::string devices_json(const std::vector<DeviceInfo>& devices);
+/// Of the servers' own documents.
+std::string measurements_json(const std::vector<std::string>& documents);
 std::string jobs_json(const std::vector<JobStatus>& jobs);
 
 }  // namespace kiln::client

@@ -138,6 +138,18 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
     });
 }
 
+void add_upload(CLI::App& measure, Arguments& arguments) {
+    CLI::App& command = *measure.add_subcommand(
+        "upload", "Give measured files to a server and print their ids for jobs");
+    command.add_option("files", arguments.files)->required()->type_name("FILE");
+    add_server(command, arguments.server.server);
+    add_json(command, arguments);
+    command.footer("Example:\n  kiln measure upload paint.bsdf felt.bsdf");
+    command.callback([&arguments] {
+        arguments.run = [&] { return measure_upload(arguments.server, arguments.files); };
+    });
+}
+
 void add_measure(CLI::App& app, Arguments& arguments) {
     CLI::App& measure = *app.add_subcommand("measure", "Measured reflectance");
     measure.require_subcommand(1);
@@ -151,6 +163,7 @@ void add_measure(CLI::App& app, Arguments& arguments) {
         arguments.run = [&] { return measure_info(arguments.file, arguments.json); };
     });
     add_slices(measure, arguments);
+    add_upload(measure, arguments);
 }
 
 /// The library would say that a command is missing, and of a wrong one no word.

@@ -9,6 +9,7 @@
 #include "server/measured/bounds.h"
 #include "server/measured/slices.h"
 #include "server/measured/survey.h"
+#include "server/spec/limits.h"
 
 namespace kiln::client {
 
@@ -66,15 +67,17 @@ Reading read_file(const std::string& path) {
 SliceLayout layout_of(const SliceOptions& options) {
     SliceLayout layout;
     if (!options.theta_in.empty()) layout.theta_in = options.theta_in;
+    const auto most_angles = static_cast<std::size_t>(limits().slice_count_max);
+    const auto most_materials = static_cast<std::size_t>(limits().atlas_materials_max);
     const auto wrong = [](const std::string& what) { return Failure(Exit::usage, "usage", what); };
-    if (layout.theta_in.size() > kSliceCountMax)
-        throw wrong("--theta-in: at most " + std::to_string(kSliceCountMax) + " angles");
+    if (layout.theta_in.size() > most_angles)
+        throw wrong("--theta-in: at most " + std::to_string(most_angles) + " angles");
     for (std::size_t n = 0; n < layout.theta_in.size(); ++n)
         if (!(layout.theta_in[n] >= 0 && layout.theta_in[n] <= 90) ||
             (n > 0 && layout.theta_in[n] <= layout.theta_in[n - 1]))
             throw wrong("--theta-in: give rising angles from 0 to 90 degrees");
-    if (options.files.size() > kAtlasMaterialsMax)
-        throw wrong("an atlas holds at most " + std::to_string(kAtlasMaterialsMax) + " materials");
+    if (options.files.size() > most_materials)
+        throw wrong("an atlas holds at most " + std::to_string(most_materials) + " materials");
     layout.width = options.width;
     layout.height = options.height;
     layout.gutter = options.gutter;

@@ -6,6 +6,7 @@
 
 #include "client/terminal.h"
 #include "server/spec/channels.h"
+#include "server/spec/kinds.h"
 #include "server/spec/words.h"
 
 namespace kiln::client {
@@ -28,6 +29,8 @@ constexpr Column kColumns[] = {
 /// One row a quantity in the job's order; a column that no quantity has a figure for is left out.
 std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
     std::vector<const ChannelError*> channels;
+    if (is_measured(job.kind))
+        for (const ChannelError& channel : report.error) channels.push_back(&channel);
     for (const Channel& expected : channels_of(job))
         for (const ChannelError& channel : report.error)
             if (channel.quantity == expected.name) channels.push_back(&channel);
@@ -83,7 +86,9 @@ void summarise(const Report& report, const JobSpec& job, const Written& written)
             say("  " + (first ? dim(terminal, line) : printable(line)));
             first = false;
         }
-        say("  " + std::to_string(report.samples_per_texel) + " samples a texel on " +
+        say((is_measured(job.kind)
+                 ? "  " + std::to_string(job.measured.materials.size()) + " measured material(s), "
+                 : "  " + std::to_string(report.samples_per_texel) + " samples a texel on ") +
             printable(report.device.backend + ", " + report.device.name) + ": " +
             format_seconds(report.run_time_s.total) + phases(report.run_time_s));
         for (const LeftOut& left : report.left_out)

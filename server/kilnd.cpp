@@ -21,14 +21,18 @@
 #include "server/compute/kernel_digest.h"
 #include "server/compute/opencl_threads.h"
 #include "server/http/bounds.h"
+#include "server/http/child_process.h"
 #include "server/http/serve.h"
 #include "server/image/image.h"
+#include "server/measured/bounds.h"
+#include "server/measured/reader.h"
 #include "server/scene/bounds.h"
 #include "server/settings/settings.h"
 #include "server/spec/contract.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/worker/bounds.h"
+#include "server/worker/read_measurement.h"
 #include "server/worker/worker.h"
 
 namespace {
@@ -39,6 +43,9 @@ using kiln::Settings;
 
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
+
+static_assert(kiln::measured::kFileBytesMax == std::size_t{kiln::kUploadMibMost} << 20,
+              "what may be uploaded is what readers take");
 
 constexpr const char* kUsage =
     "kilnd serve  [options]   serve HTTP and keep worker processes running\n"
@@ -97,7 +104,8 @@ std::uint64_t bytes_of(std::int64_t mebibytes) {
 kiln::Bounds every_bound() {
     kiln::Bounds all;
     for (const kiln::Bounds& some :
-         {kiln::http_bounds(), kiln::scene_bounds(), kiln::store_bounds(), kiln::worker_bounds()})
+         {kiln::http_bounds(), kiln::scene_bounds(), kiln::store_bounds(), kiln::worker_bounds(),
+          kiln::measured::measured_bounds()})
         all.insert(all.end(), some.begin(), some.end());
     return all;
 }
@@ -117,7 +125,9 @@ int run(const std::string& command, const Settings& settings) {
     kiln::CachedBlobStore hot(disk, bytes_of(settings.hot_cache_mib),
                               bytes_of(settings.downloads_mib));
     const std::string engine = kiln::kernel_digest() + "/" + std::to_string(kiln::kEncoderRevision);
-    return kiln::serve(settings, engine, every_bound(), *jobs, hot);
+    kiln::MeasurementStore measurements(settings.data_dir, bytes_of(settings.measurements_mib));
+    return kiln::serve(settings, {engine, kiln::measured::kReaderRevision}, every_bound(), *jobs,
+                       hot, measurements);
 }
 
 }  // namespace
@@ -129,6 +139,8 @@ int main(int count, char** values) {
         std::printf("kilnd %s\n", kiln::kVersion);
         return 0;
     }
+    // Started by a server alone, with its socket and the file in place.
+    if (command == "read-measurement") return kiln::read_measurement_once(kiln::kWorkerSocket);
     const bool known = command == "serve" || command == "worker";
     const Reader reader = command == "worker" ? Reader::worker : Reader::serve;
     if (!known || (words.size() > 1 && (words[1] == "--help" || words[1] == "-h"))) {

@@ -148,6 +148,7 @@ double quantisation_bound(PixelType pixel, double most) {
             // Half a unit in the last of 11 digits; 1 itself is exact.
             return std::ldexp(1.0, std::ilogb(std::max(most, 6e-5) * (1 - 1e-9)) - 11);
         case PixelType::float32:
+        case PixelType::rgb9e5:  // of measured kinds, which have no such figure
             return std::ldexp(1.0, std::ilogb(std::max(most, 1e-30) * (1 - 1e-9)) - 24);
     }
     __builtin_unreachable();

@@ -40,6 +40,7 @@ double StoppingRules::quantum(double value) const {
         case PixelType::uint16:
             return 1.0 / 65535;
         case PixelType::float32:
+        case PixelType::rgb9e5:  // of measured kinds, which have no such figure
             return 0;
     }
     __builtin_unreachable();

@@ -21,6 +21,17 @@ inline constexpr std::chrono::milliseconds kLingerTimeMax{1000};
 inline constexpr std::size_t kLingerBytesMax = 4 << 20;
 /// Below this rate a client that takes an answer is cut off, however steadily it drips.
 inline constexpr std::uint64_t kSendBytesPerSecondMin = 16 * 1024;
+/// What a large body may take, beside body_timeout_s.
+inline constexpr std::uint64_t kReceiveBytesPerSecondMin = 256 * 1024;
+/// Measurements that come in at a time; their temporary files are beside the budget of those kept.
+inline constexpr int kMeasurementUploadsMax = 16;
+/// Processes that read a measurement, how long another upload waits for one, and what each may use.
+inline constexpr int kReadersMax = 2;
+inline constexpr std::chrono::seconds kReaderPatienceMax{60};
+inline constexpr std::chrono::seconds kReaderTimeMax{60};   ///< of a core
+inline constexpr std::chrono::seconds kReaderWaitMax{240};  ///< where cores are scarce
+inline constexpr std::uint64_t kReaderMemoryMax = std::uint64_t{2} << 30;
+inline constexpr std::size_t kReaderAnswerBytesMax = 8 << 20;
 /// Small pieces of an answer that wait for the next large one.
 inline constexpr std::size_t kCoalescedBytesMax = 16 * 1024;
 /// Of all bodies above a batch's size that are held at one time: scenes.

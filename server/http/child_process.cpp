@@ -28,8 +28,20 @@ std::vector<char*> pointers_of(const std::vector<std::string>& texts) {
     return pointers;
 }
 
+void restrict_to(const ChildLimits& limits) {
+// Sanitizers reserve more addresses than any bound on them would leave.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    const rlimit memory{limits.memory_bytes_max, limits.memory_bytes_max};
+    setrlimit(RLIMIT_AS, &memory);
+#endif
+    const rlimit cpu{limits.cpu_s_max, limits.cpu_s_max}, no_file{0, 0};
+    setrlimit(RLIMIT_CPU, &cpu);
+    setrlimit(RLIMIT_FSIZE, &no_file);
+}
+
 /// Between fork and exec: async-signal-safe calls only.
-[[noreturn]] void become(int socket, pid_t parent, int nice_level, char* const* arguments,
+[[noreturn]] void become(int socket, int input, const std::optional<ChildLimits>& limits,
+                         pid_t parent, int nice_level, char* const* arguments,
                          char* const* environment) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);  // it died before the line above
@@ -40,13 +52,15 @@ std::vector<char*> pointers_of(const std::vector<std::string>& texts) {
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
+    if (input >= 0) dup2(input, STDIN_FILENO);
+    if (limits) restrict_to(*limits);
     if (socket == kWorkerSocket)
         fcntl(socket, F_SETFD, 0);
     else
         dup2(socket, kWorkerSocket);
     close_range(kWorkerSocket + 1, ~0U, 0);
     const int null = open("/dev/null", O_RDWR);
-    dup2(null, STDIN_FILENO);
+    if (input < 0) dup2(null, STDIN_FILENO);
     dup2(null, STDOUT_FILENO);
     if (null > kWorkerSocket) close(null);
     execve("/proc/self/exe", arguments, environment);
@@ -56,7 +70,8 @@ std::vector<char*> pointers_of(const std::vector<std::string>& texts) {
 }  // namespace
 
 ChildProcess start_child(const std::vector<std::string>& arguments,
-                         const std::vector<std::string>& environment, int nice_level) {
+                         const std::vector<std::string>& environment, int nice_level, int input,
+                         std::optional<ChildLimits> limits) {
     std::array<int, 2> sockets{};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0)
         throw Error("cannot_start", std::string("socketpair: ") + std::strerror(errno));
@@ -67,7 +82,7 @@ ChildProcess start_child(const std::vector<std::string>& arguments,
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child == 0)
-        become(sockets[1], parent, nice_level, argument_pointers.data(),
+        become(sockets[1], input, limits, parent, nice_level, argument_pointers.data(),
                environment_pointers.data());
     const int fork_error = errno;
     close(sockets[1]);

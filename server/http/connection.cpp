@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <vector>
 
 #include "server/base/error.h"
 #include "server/http/bounds.h"
@@ -18,6 +19,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kReadChunk = 4096;
+constexpr std::size_t kBodyChunk = 256 * 1024;
 constexpr std::chrono::milliseconds kIdleStep{100};
 
 int milliseconds_until(std::chrono::steady_clock::time_point deadline) {
@@ -131,6 +133,26 @@ bool Connection::read_body(std::uint64_t size, std::string& body) {
     }
     body.assign(input_, 0, static_cast<std::size_t>(size));
     input_.erase(0, static_cast<std::size_t>(size));
+    return true;
+}
+
+bool Connection::read_body(std::uint64_t size, const std::function<void(std::string_view)>& sink) {
+    const Clock::time_point deadline =
+        Clock::now() + limits_.body + std::chrono::seconds(size / kReceiveBytesPerSecondMin);
+    const std::string first = input_.substr(0, static_cast<std::size_t>(size));
+    input_.erase(0, first.size());
+    if (!first.empty()) sink(first);
+    std::uint64_t left = size - first.size();
+    std::vector<char> piece(static_cast<std::size_t>(std::min<std::uint64_t>(left, kBodyChunk)));
+    while (left > 0) {
+        if (!wait_readable(deadline)) return false;
+        const auto most = static_cast<std::size_t>(std::min<std::uint64_t>(left, piece.size()));
+        const ssize_t got = recv(socket_, piece.data(), most, MSG_DONTWAIT);
+        if (got < 0 && (errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK)) continue;
+        if (got <= 0) return false;
+        sink({piece.data(), static_cast<std::size_t>(got)});
+        left -= static_cast<std::uint64_t>(got);
+    }
     return true;
 }
 

@@ -29,6 +29,9 @@ class Connection {
     Head read_head(std::string& head, const std::function<bool()>& give_up_idle);
     /// False when the client closed or was too slow.
     bool read_body(std::uint64_t size, std::string& body);
+    /// The same, piece by piece. A large body has more time: what it takes at
+    /// kReceiveBytesPerSecondMin. What the sink throws ends the reading.
+    bool read_body(std::uint64_t size, const std::function<void(std::string_view)>& sink);
     /// Small pieces wait for the next large one or flush(). False once the client takes no more.
     bool write(std::string_view bytes);
     bool flush();

@@ -15,19 +15,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Unix milliseconds as RFC 3339 UTC; null for 0.
+/// null for 0.
 Json time_text(std::int64_t unix_ms) {
     if (unix_ms == 0) return nullptr;
-    const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
-    std::tm parts{};
-    gmtime_r(&seconds, &parts);
-    std::array<char, 32> text{};
-    std::array<char, 48> full{};
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
-    std::snprintf(full.data(), full.size(), "%s.%03dZ", text.data(),
-                  static_cast<int>(unix_ms % 1000));
-    return full.data();
+    return time_words(unix_ms);
 }
+
+/// Of slices and atlas: only their canonical text has this field.
+bool has_sidecar(const JobRecord& job) { return job.spec.find("\"measured\":{") != job.spec.npos; }
 
 Json links(const JobRecord& job) {
     const std::string self = "/v1/jobs/" + job.id;
@@ -35,6 +30,7 @@ Json links(const JobRecord& job) {
     if (job.state == JobState::done) {
         links["image"] = self + "/image." + job.image_extension;
         links["report"] = self + "/report";
+        if (has_sidecar(job)) links["sidecar"] = self + "/sidecar";
     }
     return links;
 }
@@ -112,6 +108,18 @@ Json limits_of(const Settings& settings, const Bounds& bounds) {
 }
 
 }  // namespace
+
+std::string time_words(std::int64_t unix_ms) {
+    const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
+    std::tm parts{};
+    gmtime_r(&seconds, &parts);
+    std::array<char, 32> text{};
+    std::array<char, 48> full{};
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
+    std::snprintf(full.data(), full.size(), "%s.%03dZ", text.data(),
+                  static_cast<int>(unix_ms % 1000));
+    return full.data();
+}
 
 std::string job_document(const JobRecord& job, bool cached, bool complete) {
     Json document = job_json(job, cached);

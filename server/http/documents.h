@@ -20,6 +20,9 @@ std::string batch_document(const std::vector<HttpResponse>& answers);
 /// The contract's Capabilities.
 std::string capabilities_document(const Service& service);
 
+/// Unix milliseconds as RFC 3339 UTC.
+std::string time_words(std::int64_t unix_ms);
+
 HttpResponse json_response(int status, std::string body);
 
 }  // namespace kiln

@@ -9,6 +9,7 @@
 #include "server/base/error.h"
 #include "server/http/bounds.h"
 #include "server/http/documents.h"
+#include "server/http/measurement_documents.h"
 #include "server/http/problems.h"
 #include "server/http/query.h"
 #include "server/http/service.h"
@@ -137,13 +138,22 @@ HttpResponse get_image(Service& service, ImageIndex& index, const HttpRequest& r
     return response;
 }
 
-HttpResponse get_report(Service& service, const HttpRequest& request, const std::string& id) {
-    expect_only(request, {});
+JobRecord find_done(Service& service, const std::string& id, const std::string& what) {
     JobRecord job = service.find(id);
     if (job.state != JobState::done)
-        throw Error("not_done", "the job is " + std::string(to_word(job.state)) +
-                                    ": it has no report" + (is_final(job.state) ? "" : " yet"));
-    return json_response(200, std::move(job.report));
+        throw Error("not_done", "the job is " + std::string(to_word(job.state)) + ": it has no " +
+                                    what + (is_final(job.state) ? "" : " yet"));
+    return job;
+}
+
+HttpResponse get_report(Service& service, const HttpRequest& request, const std::string& id) {
+    expect_only(request, {});
+    return json_response(200, find_done(service, id, "report").report);
+}
+
+HttpResponse get_sidecar(Service& service, const HttpRequest& request, const std::string& id) {
+    expect_only(request, {});
+    return json_response(200, sidecar_document(find_done(service, id, "side-car").report));
 }
 
 }  // namespace
@@ -160,6 +170,10 @@ void add_image_routes(Router& router, Service& service) {
     router.add("GET", "/v1/jobs/{id}/report",
                [&](const HttpRequest& request, const std::string& id) {
                    return get_report(service, request, id);
+               });
+    router.add("GET", "/v1/jobs/{id}/sidecar",
+               [&](const HttpRequest& request, const std::string& id) {
+                   return get_sidecar(service, request, id);
                });
 }
 

@@ -192,11 +192,16 @@ class Listener::Server final : public httplib::Server {
             if (read == Connection::Head::timed_out)
                 throw kiln::Error("timeout", "the request head did not come in time");
             head = parse_head(text);
-            const bool body_taken = take_body(connection, head, upload);
+            head.request.client_gone = [&connection] { return connection.client_gone(); };
+            bool body_taken = take_body(connection, head, upload);
+            if (head.request.receive)
+                head.request.receive = [&](const BodySink& sink) {
+                    stream_body(connection, head, sink);
+                    body_taken = true;
+                };
+            response = answer(head.request);
             if (!body_taken) connection.linger();
             closes = !body_taken || !head.request.keep_alive || stopping_;
-            head.request.client_gone = [&connection] { return connection.client_gone(); };
-            response = answer(head.request);
         } catch (const kiln::Error& refusal) {
             response = problem_of(refusal);
             connection.linger();
@@ -205,8 +210,21 @@ class Listener::Server final : public httplib::Server {
         return deliver(connection, head.request.method, response, closes) && !closes;
     }
 
-    /// False when the body was left unread, since nothing at this path takes one.
+    static void stream_body(Connection& connection, const RequestHead& head, const BodySink& sink) {
+        if (head.expects_continue) {
+            connection.write("HTTP/1.1 100 Continue\r\n\r\n");
+            connection.flush();
+        }
+        if (!connection.read_body(head.content_length, sink))
+            throw kiln::Error("timeout", "the request body did not come in time");
+    }
+
+    /// False when the body was left unread: nothing at this path takes one, or its handler does.
     bool take_body(Connection& connection, RequestHead& head, Upload& upload) const {
+        head.request.content_length = head.content_length;
+        const bool streams =
+            head.request.method == "POST" && options_.streams_body(head.request.path);
+        if (streams) head.request.receive = [](const BodySink&) {};
         if (head.content_length == 0) return true;
         const std::uint64_t bytes_max =
             head.request.method == "POST" ? options_.body_bytes_max(head.request.path) : 0;
@@ -215,6 +233,7 @@ class Listener::Server final : public httplib::Server {
             throw kiln::Error("too_large", "the body has " + std::to_string(head.content_length) +
                                                " bytes; at most " + std::to_string(bytes_max) +
                                                " are taken here");
+        if (streams) return false;
         if (!upload.take(head.content_length))
             throw kiln::Error("too_many_uploads",
                               "the server holds as many large bodies as it may; try again soon");

@@ -16,6 +16,10 @@ struct ListenerOptions {
     Connection::Limits timeouts{};
     /// Largest body for a path; a larger one gets 413 and is not read.
     std::function<std::uint64_t(const std::string& path)> body_bytes_max;
+    /// Bodies for these paths go to their handler piece by piece (HttpRequest::receive).
+    std::function<bool(const std::string& path)> streams_body = [](const std::string&) {
+        return false;
+    };
     /// Called once an answer, with its status, refused requests included.
     std::function<void(int status)> answered;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -12,8 +13,11 @@
 
 namespace kiln {
 
-/// A request past the guard: every size is bounded, the body is complete, nothing is repeated that
-/// may stand only once.
+/// Takes a piece of a body that is not held as a whole.
+using BodySink = std::function<void(std::string_view)>;
+
+/// A request past the guard: every size is bounded, the body is complete or asked for piece by
+/// piece, nothing is repeated that may stand only once.
 struct HttpRequest {
     std::string method;  ///< upper case
     std::string
@@ -21,6 +25,10 @@ struct HttpRequest {
     std::map<std::string, std::string> query;    ///< decoded; a repeated name is refused
     std::map<std::string, std::string> headers;  ///< names in lower case
     std::string body;
+    std::uint64_t content_length = 0;
+    /// Of a path that streams (ListenerOptions), in place of `body`: gives the content_length bytes
+    /// to the sink, in order. Throws Error("timeout"), and what the sink throws.
+    std::function<void(const BodySink&)> receive;
     bool keep_alive = true;
     /// True once the client has closed its end: whoever waits on its behalf may stop.
     std::function<bool()> client_gone = [] { return false; };

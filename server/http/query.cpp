@@ -81,15 +81,25 @@ void expect_scene(const HttpRequest& request) {
                 "application/json or application/octet-stream");
 }
 
-void expect_json(const HttpRequest& request) {
+namespace {
+void expect_type(const HttpRequest& request, std::string_view wanted, const std::string& what) {
     const MediaType type(request);
-    if (type.is("application/json")) return;
+    if (type.is(wanted)) return;
     // What `curl --data` and urllib say unless told otherwise. Any web page can make a browser send
     // such a request to a loopback port, but not without Origin; JSON it cannot send without asking
     // first.
     const bool simple = type.empty() || type.is("application/x-www-form-urlencoded");
     if (simple && !request.header("origin")) return;
-    throw Error("wrong_type", "send the document with Content-Type: application/json");
+    throw Error("wrong_type", "send the " + what + " with Content-Type: " + std::string(wanted));
+}
+}  // namespace
+
+void expect_json(const HttpRequest& request) {
+    expect_type(request, "application/json", "document");
+}
+
+void expect_bytes(const HttpRequest& request) {
+    expect_type(request, "application/octet-stream", "file");
 }
 
 }  // namespace kiln

@@ -24,6 +24,9 @@ std::int64_t integer_of(const HttpRequest& request, const std::string& name, std
 /// leave it out or at curl's default.
 void expect_json(const HttpRequest& request);
 
+/// Error("wrong_type") unless Content-Type is application/octet-stream; as expect_json otherwise.
+void expect_bytes(const HttpRequest& request);
+
 /// Error("wrong_type") unless Content-Type is that of a glTF asset, JSON or bytes. No browser sends
 /// one of these to a loopback port without asking first.
 void expect_scene(const HttpRequest& request);

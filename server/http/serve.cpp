@@ -25,7 +25,10 @@ ListenerOptions listener_options(const Settings& settings, Metrics& metrics) {
                         .idle = seconds(settings.idle_timeout_s),
                         .body = seconds(settings.body_timeout_s),
                         .send = seconds(settings.send_timeout_s)};
-    options.body_bytes_max = body_bytes_max;
+    options.body_bytes_max = [&settings](const std::string& path) {
+        return body_bytes_max(settings, path);
+    };
+    options.streams_body = streams_body;
     options.answered = [&metrics](int status) {
         ++metrics.answers[static_cast<std::size_t>(status) % metrics.answers.size()];
     };
@@ -51,18 +54,20 @@ bool wait_for_signal(std::chrono::milliseconds time) {
 
 }  // namespace
 
-int serve(const Settings& settings, const std::string& engine, const Bounds& bounds, JobStore& jobs,
-          BlobStore& blobs) {
+int serve(const Settings& settings, const Identity& identity, const Bounds& bounds, JobStore& jobs,
+          BlobStore& blobs, MeasurementStore& measurements) {
     Changes changes;
     Metrics metrics;
     Supervisor supervisor(settings, jobs, changes, metrics);
     Listener* listening = nullptr;
     Service service({.store = jobs,
                      .blobs = blobs,
+                     .measurements = measurements,
                      .settings = settings,
                      .changes = changes,
                      .metrics = metrics,
-                     .engine = engine,
+                     .engine = identity.engine,
+                     .readers = identity.readers,
                      .bounds = bounds,
                      .ring = [&supervisor] { supervisor.ring(); },
                      .workers = [&supervisor] { return supervisor.workers(); },

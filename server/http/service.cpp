@@ -2,7 +2,9 @@
 #include "server/http/service.h"
 
 #include "server/base/error.h"
+#include "server/spec/kinds.h"
 #include "server/spec/limits.h"
+#include "server/spec/measurement_names.h"
 #include "server/spec/spec.h"
 
 namespace kiln {
@@ -10,6 +12,7 @@ namespace kiln {
 namespace {
 /// A client that went away is noticed within this time.
 constexpr std::chrono::milliseconds kGoneStep{1000};
+const std::string kMeasurements = "/v1/measurements";
 }  // namespace
 
 bool is_final(JobState state) { return state != JobState::queued && state != JobState::running; }
@@ -19,11 +22,11 @@ Service::Service(ServiceParts parts) : parts_(std::move(parts)) {}
 Admitted Service::admit(std::string_view job_text) {
     if (draining_) throw Error("draining", "the server is stopping; try again soon");
     const JobSpec spec = parse_job(job_text);
-    const std::string id = job_id(spec);
+    const std::string id = job_id(spec), engine = engine_of(spec);
     const std::lock_guard lock(admission_);
     const std::optional<JobRecord> known = parts_.store.get(id);
     bool evicted = false;
-    if (known && known->state == JobState::done && known->engine == parts_.engine) {
+    if (known && known->state == JobState::done && known->engine == engine) {
         if (parts_.blobs.contains(known->image_digest)) {
             ++parts_.metrics.cache_hits;
             return {*known, true};
@@ -31,12 +34,13 @@ Admitted Service::admit(std::string_view job_text) {
         evicted = true;
     }
     const bool live = known && !is_final(known->state);
+    if (!live && is_measured(spec.kind)) require_measurements(spec, job_text);
     if (!live && parts_.store.counts().queued >= parts_.settings.queue_max) {
         ++parts_.metrics.refused;
         throw Error("queue_full", "the queue holds " + std::to_string(parts_.settings.queue_max) +
                                       " jobs, which is its limit; try again soon");
     }
-    Submitted submitted = parts_.store.submit(id, canonical(spec), parts_.engine, evicted);
+    Submitted submitted = parts_.store.submit(id, canonical(spec), engine, evicted);
     count_post(id, submitted.created);
     if (submitted.created) {
         ++parts_.metrics.cache_misses;
@@ -66,6 +70,48 @@ bool Service::release(const std::string& id) {
     if (at != posts_.end() && --at->second > 0) return false;
     if (at != posts_.end()) posts_.erase(at);
     return true;
+}
+
+std::string Service::engine_of(const JobSpec& job) const {
+    return is_measured(job.kind) ? parts_.engine + "/" + std::to_string(parts_.readers)
+                                 : parts_.engine;
+}
+
+void Service::require_measurements(const JobSpec& job, std::string_view job_text) {
+    std::vector<Problem> problems;
+    const auto most = static_cast<std::size_t>(limits().problems_max);
+    const std::vector<MeasuredMaterial>& materials = job.measured.materials;
+    for (std::size_t i = 0; i < materials.size() && problems.size() < most; ++i) {
+        const auto found = parts_.measurements.find(materials[i].data);
+        const std::string name = kMeasurementPrefix + materials[i].data;
+        if (!found)
+            problems.push_back({measurement_pointers(job_text).at(i),
+                                "there is no measurement " + name + " here; upload it with POST " +
+                                    kMeasurements});
+        else if (!found->unfit.empty())
+            problems.push_back({measurement_pointers(job_text).at(i),
+                                "no table can be made of " + name + ": " + found->unfit});
+    }
+    if (!problems.empty()) throw InvalidJob(std::move(problems));
+}
+
+std::set<std::string> Service::measurements_in_use() {
+    std::set<std::string> digests;
+    for (const JobState state : {JobState::queued, JobState::running})
+        for (std::string cursor;;) {
+            const JobPage page =
+                parts_.store.list(state, static_cast<int>(limits().list_limit_max), cursor);
+            for (const JobRecord& job : page.jobs) named_measurements(job.spec, digests);
+            cursor = page.next_cursor;
+            if (cursor.empty()) break;
+        }
+    return digests;
+}
+
+Measurement Service::keep_measurement(IncomingBlob& blob, const Measurement& what) {
+    blob.seal();
+    const std::lock_guard lock(admission_);
+    return parts_.measurements.keep(blob, what, [this] { return measurements_in_use(); });
 }
 
 JobRecord Service::wait_for_end(JobRecord job, std::chrono::milliseconds time,
@@ -104,17 +150,21 @@ Router make_router(Service& service) {
     add_job_routes(router, service);
     add_batch_routes(router, service);
     add_plan_routes(router, service);
+    add_measurement_routes(router, service);
     add_image_routes(router, service);
     add_event_routes(router, service);
     add_operation_routes(router, service);
     return router;
 }
 
-std::uint64_t body_bytes_max(const std::string& path) {
+std::uint64_t body_bytes_max(const Settings& settings, const std::string& path) {
+    if (path == kMeasurements) return static_cast<std::uint64_t>(settings.upload_mib) << 20;
     if (path == "/v1/jobs") return static_cast<std::uint64_t>(limits().job_bytes_max);
     if (path == "/v1/batches") return static_cast<std::uint64_t>(limits().batch_bytes_max);
     if (path == "/v1/plans") return static_cast<std::uint64_t>(limits().scene_bytes_max);
     return 0;
 }
+
+bool streams_body(const std::string& path) { return path == kMeasurements; }
 
 }  // namespace kiln

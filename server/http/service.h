@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,8 +16,10 @@
 #include "server/http/metrics.h"
 #include "server/http/router.h"
 #include "server/settings/settings.h"
+#include "server/spec/job_spec.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/store/measurement_store.h"
 
 namespace kiln {
 
@@ -30,11 +33,13 @@ struct WorkerStatus {
 struct ServiceParts {
     JobStore& store;
     BlobStore& blobs;
+    MeasurementStore& measurements;
     const Settings& settings;
     Changes& changes;
     Metrics& metrics;
     std::string engine;  ///< names what a result comes from: kernel digest "/" encoder revision
-    Bounds bounds;       ///< of every room, beside the contract's and the settings
+    std::int64_t readers = 0;    ///< revision of what reads measurements
+    Bounds bounds;               ///< of every room, beside the contract's and the settings
     std::function<void()> ring;  ///< tells the workers that there is work or a cancel
     std::function<std::vector<WorkerStatus>()> workers;
     std::function<std::size_t()> connections;
@@ -60,6 +65,8 @@ class Service {
     /// Takes one post of a job back. True where no other post stands: then it may be cancelled.
     /// Posts are counted since this process started.
     bool release(const std::string& id);
+    /// Keeps a measurement that was read. Throws Error("measurements_full" | "store_failed").
+    Measurement keep_measurement(IncomingBlob& blob, const Measurement& what);
     /// Throws Error("unknown_job").
     JobRecord find(const std::string& id);
 
@@ -83,10 +90,19 @@ class Service {
     std::size_t waiting() const { return waiting_; }
 
   private:
+    /// What a result of the job comes from.
+    std::string engine_of(const JobSpec& job) const;
+    /// Throws InvalidJob naming the measurements that are not here, or of which nothing can be
+    /// made.
+    void require_measurements(const JobSpec& job, std::string_view job_text);
+    /// Of jobs that wait or run.
+    std::set<std::string> measurements_in_use();
+
     ServiceParts parts_;
     void count_post(const std::string& id, bool first);
 
-    std::mutex admission_;  ///< between counting the queue and adding to it; of `posts_`
+    /// Between looking (into the queue, for measurements) and adding to the queue; of `posts_` too.
+    std::mutex admission_;
     std::map<std::string, std::size_t> posts_;  ///< of jobs that had not ended when last looked at
     std::atomic<bool> draining_{false};
     std::atomic<std::size_t> waiting_{0};
@@ -98,6 +114,7 @@ bool is_final(JobState state);
 void add_job_routes(Router& router, Service& service);
 void add_batch_routes(Router& router, Service& service);
 void add_plan_routes(Router& router, Service& service);
+void add_measurement_routes(Router& router, Service& service);
 void add_image_routes(Router& router, Service& service);
 void add_event_routes(Router& router, Service& service);
 void add_operation_routes(Router& router, Service& service);
@@ -106,6 +123,8 @@ void add_operation_routes(Router& router, Service& service);
 Router make_router(Service& service);
 
 /// Largest request body at a path, in bytes; 0 where none is taken.
-std::uint64_t body_bytes_max(const std::string& path);
+std::uint64_t body_bytes_max(const Settings& settings, const std::string& path);
+/// Whether the body there goes to its handler piece by piece.
+bool streams_body(const std::string& path);
 
 }  // namespace kiln

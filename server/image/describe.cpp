@@ -5,8 +5,10 @@
 #include <string>
 
 #include "server/base/version.h"
+#include "server/image/describe_measured.h"
 #include "server/image/image.h"
 #include "server/spec/channels.h"
+#include "server/spec/kinds.h"
 #include "server/spec/layouts.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -240,6 +242,7 @@ std::vector<std::string> per_axis(const JobSpec& job, std::string (*of)(const Ax
 }  // namespace
 
 Metadata describe(const JobSpec& job, const Provenance& provenance) {
+    if (is_measured(job.kind)) return describe_measured(job, provenance);
     std::vector<std::string> quantities;
     for (const Quantity q : job.quantities) quantities.push_back(text(to_word(q)));
     const auto grid = [](const Axis& axis) { return text(to_word(axis.grid)); };
@@ -275,6 +278,7 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
 }
 
 std::vector<std::string> convention(const JobSpec& job) {
+    if (is_measured(job.kind)) return measured_convention(job);
     std::vector<std::string> lines = axis_lines(job);
     for (auto& line : channel_lines(job)) lines.push_back(std::move(line));
     for (auto& line : layout_lines(job)) lines.push_back(std::move(line));

@@ -21,6 +21,8 @@
 namespace kiln::codec {
 namespace {
 
+constexpr const char* kOriginChannel = "origin";
+
 [[noreturn]] void refuse(const std::string& why) { throw Error("cannot_decode", "EXR: " + why); }
 
 /// The header read by hand: OpenEXR 3.1 sees a file only after this has bounded what it will
@@ -121,14 +123,15 @@ class HeaderScan {
             u32();  // pLinear and three reserved bytes
             const std::uint32_t x_sampling = u32(), y_sampling = u32();
             if (at_ > end) refuse("the channel list is cut short");
-            if (type != Imf::HALF && type != Imf::FLOAT)
+            const bool packed = name == kRgb9e5Channel || name == kOriginChannel;
+            if (type != Imf::HALF && type != Imf::FLOAT && !(type == Imf::UINT && packed))
                 refuse("channel " + quoted(name) + " is neither half nor float");
             if (x_sampling != 1 || y_sampling != 1)
                 refuse("channel " + quoted(name) + " is subsampled");
-            const std::size_t bytes = type == Imf::HALF ? 2 : 4;
-            if (value_bytes_ != 0 && bytes != value_bytes_)
+            if (value_bytes_ != 0 && type != type_)
                 refuse("channels of different pixel types are not read");
-            value_bytes_ = bytes;
+            type_ = type;
+            value_bytes_ = type == Imf::HALF ? 2 : 4;
             ++channels_;
         }
     }
@@ -136,6 +139,7 @@ class HeaderScan {
     std::string_view bytes_;
     std::size_t at_ = 0;
     std::set<std::string> seen_;
+    std::uint32_t type_ = 0;
     std::size_t width_ = 0, height_ = 0, channels_ = 0, value_bytes_ = 0;
     bool compression_ = false;
 };
@@ -179,6 +183,25 @@ std::vector<std::string> ordered_names(const Imf::Header& header, const Metadata
     return names;
 }
 
+/// Packed colours, and the plane beside them.
+void read_packed(Imf::InputFile& file, Table& table) {
+    const Imath::Box2i window = file.header().dataWindow();
+    std::vector<std::uint32_t> packed(table.width * table.height), origin(packed.size());
+    if (file.header().channels().findChannel(kRgb9e5Channel) == nullptr)
+        refuse(std::string("integers, and none of them ") + kRgb9e5Channel);
+    const bool has_origin = file.header().channels().findChannel(kOriginChannel) != nullptr;
+    Imf::FrameBuffer frame;
+    frame.insert(kRgb9e5Channel, Imf::Slice::Make(Imf::UINT, packed.data(), window));
+    if (has_origin)
+        frame.insert(kOriginChannel, Imf::Slice::Make(Imf::UINT, origin.data(), window));
+    file.setFrameBuffer(frame);
+    file.readPixels(window.min.y, window.max.y);
+    unpack_rgb9e5(packed, table);
+    if (!has_origin) return;
+    table.channels.emplace_back(kOriginChannel);
+    table.planes.emplace_back(origin.begin(), origin.end());
+}
+
 Decoded read_image(std::string_view bytes) {
     ViewStream stream(bytes);
     Imf::InputFile file(stream, 0);
@@ -195,7 +218,12 @@ Decoded read_image(std::string_view bytes) {
     table.width = static_cast<std::size_t>(window.max.x - window.min.x + 1);
     table.height = static_cast<std::size_t>(window.max.y - window.min.y + 1);
     table.channels = ordered_names(header, result.metadata);
-    result.pixel = header.channels().begin().channel().type == Imf::HALF ? "half" : "float";
+    const Imf::PixelType type = header.channels().begin().channel().type;
+    result.pixel = type == Imf::HALF ? "half" : type == Imf::UINT ? "rgb9e5" : "float";
+    if (type == Imf::UINT) {
+        read_packed(file, table);
+        return result;
+    }
 
     Imf::FrameBuffer frame;
     for (const auto& name : table.channels) {

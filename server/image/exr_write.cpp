@@ -89,7 +89,7 @@ void to_half(const Table& table, std::size_t channel, std::size_t y, std::size_t
 
 Imf::Slice slice(Imf::PixelType type, const void* data, std::size_t y, const Table& table,
                  std::size_t lines) {
-    const std::size_t size = type == Imf::HALF ? sizeof(half) : sizeof(float);
+    const std::size_t size = type == Imf::HALF ? sizeof(half) : sizeof(float);  // or UINT
     return Imf::Slice::Make(type, data, Imath::V2i(0, static_cast<int>(y)),
                             static_cast<std::int64_t>(table.width),
                             static_cast<std::int64_t>(lines), size, size * table.width);
@@ -125,14 +125,48 @@ void write_float(Imf::OutputFile& file, const Table& table, const std::vector<st
     }
 }
 
+/// Three planes as one of packed integers, and a fourth as integers beside it.
+void write_rgb9e5(Imf::OutputFile& file, const Table& table, std::size_t block_lines,
+                  Encoded& account, const std::function<void()>& between_lines) {
+    std::vector<std::uint32_t> packed(block_lines * table.width), origin(packed.size());
+    for (std::size_t y = 0; y < table.height; y += block_lines) {
+        const std::size_t lines = std::min(block_lines, table.height - y);
+        pack_rgb9e5(table, y, lines, packed.data(), account);
+        Imf::FrameBuffer frame;
+        frame.insert(kRgb9e5Channel, slice(Imf::UINT, packed.data(), y, table, lines));
+        if (table.planes.size() > 3) {
+            const float* from = table.planes[3].data() + y * table.width;
+            std::transform(from, from + lines * table.width, origin.begin(),
+                           [](float value) { return static_cast<std::uint32_t>(value); });
+            frame.insert(table.channels[3], slice(Imf::UINT, origin.data(), y, table, lines));
+        }
+        between_lines();
+        file.setFrameBuffer(frame);
+        file.writePixels(static_cast<int>(lines));
+    }
+}
+
+Imf::PixelType type_of(PixelType pixel) {
+    return pixel == PixelType::half     ? Imf::HALF
+           : pixel == PixelType::rgb9e5 ? Imf::UINT
+                                        : Imf::FLOAT;
+}
+
+std::vector<std::string> stored_names(const Table& table, PixelType pixel) {
+    if (pixel != PixelType::rgb9e5) return channel_names(table);
+    std::vector<std::string> names = {kRgb9e5Channel};
+    if (table.planes.size() > 3) names.push_back(table.channels[3]);
+    return names;
+}
+
 }  // namespace
 
 Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata,
                    unsigned asked_threads, const std::function<void()>& between_lines) {
-    if (pixel != PixelType::half && pixel != PixelType::float32)
+    if (pixel == PixelType::uint8 || pixel == PixelType::uint16)
         throw Error("cannot_encode", "EXR holds half or float, no 8-bit or 16-bit integers");
     const bool as_half = pixel == PixelType::half;
-    const auto names = channel_names(table);
+    const auto names = stored_names(table, pixel);
 
     Imf::Header header(static_cast<int>(table.width), static_cast<int>(table.height));
     header.compression() = Imf::ZIP_COMPRESSION;
@@ -140,14 +174,14 @@ Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata
     for (const auto& name : names) {
         // A longer name would raise a flag that old readers refuse.
         if (name.size() > 31) throw Error("cannot_encode", "channel name too long: " + name);
-        header.channels().insert(name, Imf::Channel(as_half ? Imf::HALF : Imf::FLOAT));
+        header.channels().insert(name, Imf::Channel(type_of(pixel)));
     }
     for (const auto& [key, value] : metadata) header.insert(key, Imf::StringAttribute(value));
 
     Encoded result;
     result.extension = "exr";
-    result.quantisation_max.assign(names.size(), 0.0);
-    result.clamped.assign(names.size(), 0);
+    result.quantisation_max.assign(table.planes.size(), 0.0);
+    result.clamped.assign(table.planes.size(), 0);
     // A block that does not shrink is stored as it is, so that this is an upper bound but for the
     // header; pages never written to cost no memory.
     result.bytes.reserve(table.width * table.height * names.size() * (as_half ? 2 : 4) +
@@ -159,7 +193,9 @@ Encoded encode_exr(const Table& table, PixelType pixel, const Metadata& metadata
         // A few ZIP blocks for every thread: enough to keep them busy.
         const std::size_t block_lines =
             4 * kZipLines * static_cast<std::size_t>(std::max(1, threads));
-        if (as_half)
+        if (pixel == PixelType::rgb9e5)
+            write_rgb9e5(file, table, block_lines, result, between_lines);
+        else if (as_half)
             write_half(file, table, names, block_lines, result, between_lines);
         else
             write_float(file, table, names, block_lines, between_lines);

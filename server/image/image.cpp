@@ -2,11 +2,13 @@
 #include "server/image/image.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
 
 #include "server/base/error.h"
+#include "server/base/rgb9e5.h"
 #include "server/image/codec.h"
 
 namespace kiln {
@@ -87,6 +89,33 @@ void check_decode_size(std::size_t width, std::size_t height, std::size_t channe
         refuse("the file is too short for the image that its header announces");
 }
 
+void pack_rgb9e5(const Table& table, std::size_t y, std::size_t lines, std::uint32_t* out,
+                 Encoded& account) {
+    const std::size_t first = y * table.width;
+    for (std::size_t i = 0; i < lines * table.width; ++i) {
+        std::array<double, 3> c{};
+        for (std::size_t k = 0; k < 3; ++k) c[k] = double(table.planes[k][first + i]);
+        out[i] = to_rgb9e5(c);
+        const std::array<double, 3> back = from_rgb9e5(out[i]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (c[k] < 0 || c[k] > kRgb9e5Most)
+                ++account.clamped[k];
+            else
+                account.quantisation_max[k] =
+                    std::max(account.quantisation_max[k], std::abs(back[k] - c[k]));
+        }
+    }
+}
+
+void unpack_rgb9e5(const std::vector<std::uint32_t>& packed, Table& table) {
+    table.channels = {"R", "G", "B"};
+    table.planes.assign(3, std::vector<float>(packed.size()));
+    for (std::size_t n = 0; n < packed.size(); ++n) {
+        const std::array<double, 3> c = from_rgb9e5(packed[n]);
+        for (std::size_t k = 0; k < 3; ++k) table.planes[k][n] = static_cast<float>(c[k]);
+    }
+}
+
 }  // namespace codec
 
 Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Metadata& metadata,
@@ -94,6 +123,9 @@ Encoded encode(const Table& table, ImageFormat format, PixelType pixel, const Me
     check_shape(table);
     check_metadata(metadata);
     check_finite(table);
+    if (pixel == PixelType::rgb9e5 && table.planes.size() != 3 &&
+        !(table.planes.size() == 4 && format == ImageFormat::exr))
+        cannot_encode("rgb9e5 holds three channels, in EXR with where they come from as a fourth");
     return format == ImageFormat::exr
                ? codec::encode_exr(table, pixel, metadata, thread_count, between_lines)
                : codec::encode_png(table, pixel, metadata, between_lines);

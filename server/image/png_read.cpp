@@ -81,6 +81,17 @@ bool read_rows(Reader& r) {
     return true;
 }
 
+/// Four planes of bytes over 255 to the colours that they are.
+void unpack(Decoded& file) {
+    Table& table = file.table;
+    std::vector<std::uint32_t> packed(table.width * table.height);
+    for (std::size_t n = 0; n < packed.size(); ++n)
+        for (unsigned b = 0; b < 4; ++b)
+            packed[n] |= static_cast<std::uint32_t>(table.planes[b][n] * 255.0F + 0.5F) << (8 * b);
+    unpack_rgb9e5(packed, table);
+    file.pixel = "rgb9e5";
+}
+
 }  // namespace
 
 Decoded decode_png(std::string_view bytes) {
@@ -95,6 +106,10 @@ Decoded decode_png(std::string_view bytes) {
     for (int i = 0; i < count; ++i)
         reader.out.metadata.emplace_back(
             texts[i].key, std::string(texts[i].text == nullptr ? "" : texts[i].text));
+    for (const auto& [key, value] : reader.out.metadata)
+        if (key == "kiln.pixel" && value.starts_with(kRgb9e5Words) && reader.channels == 4 &&
+            reader.bit_depth == 8)
+            unpack(reader.out);
     return std::move(reader.out);
 }
 

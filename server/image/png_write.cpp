@@ -28,6 +28,7 @@ struct Writer {
     int bit_depth;
     int colour_type;
     std::size_t file_channels;
+    bool packed;
     std::vector<png_byte> row;
     std::vector<png_text> texts;
     const std::function<void()>& between_lines;
@@ -89,6 +90,15 @@ void fill_row(Writer& w, std::size_t y) {
     }
 }
 
+// The four bytes of a packed colour, least first, whatever this machine's order.
+void fill_packed_row(Writer& w, std::size_t y) {
+    std::vector<std::uint32_t> packed(w.table.width);
+    pack_rgb9e5(w.table, y, 1, packed.data(), w.out);
+    for (std::size_t x = 0; x < packed.size(); ++x)
+        for (std::size_t b = 0; b < 4; ++b)
+            w.row[4 * x + b] = static_cast<png_byte>(packed[x] >> (8 * b) & 0xFF);
+}
+
 // False when libpng gave up; writer.error then says why.
 bool write_all(Writer& w) {
     if (setjmp(png_jmpbuf(w.png)) != 0) return false;
@@ -104,7 +114,10 @@ bool write_all(Writer& w) {
     png_write_info(w.png, w.info);
     for (std::size_t y = 0; y < w.table.height; ++y) {
         if (y % kLinesBetween == 0) w.between_lines();  // may throw: no C frame is open here
-        fill_row(w, y);
+        if (w.packed)
+            fill_packed_row(w, y);
+        else
+            fill_row(w, y);
         png_write_row(w.png, w.row.data());
     }
     png_write_end(w.png, nullptr);
@@ -128,17 +141,18 @@ std::vector<png_text> texts_of(Metadata& metadata) {
 
 Encoded encode_png(const Table& table, PixelType pixel, const Metadata& metadata,
                    const std::function<void()>& between_lines) {
-    if (pixel != PixelType::uint8 && pixel != PixelType::uint16)
+    const bool packed = pixel == PixelType::rgb9e5;
+    if (!packed && pixel != PixelType::uint8 && pixel != PixelType::uint16)
         throw Error("cannot_encode", "PNG holds uint8 or uint16, no floating point");
     const std::size_t channels = table.planes.size();
     if (channels > 4)
         throw Error("cannot_encode", "PNG holds at most four channels, the table has " +
                                          std::to_string(channels) + "; EXR holds them all");
-    const int bit_depth = pixel == PixelType::uint8 ? 8 : 16;
-    const int colour_type = channels == 1   ? PNG_COLOR_TYPE_GRAY
-                            : channels == 4 ? PNG_COLOR_TYPE_RGB_ALPHA
-                                            : PNG_COLOR_TYPE_RGB;
-    const std::size_t file_channels = channels == 2 ? 3 : channels;
+    const int bit_depth = pixel == PixelType::uint16 ? 16 : 8;
+    const int colour_type = channels == 1             ? PNG_COLOR_TYPE_GRAY
+                            : channels == 4 || packed ? PNG_COLOR_TYPE_RGB_ALPHA
+                                                      : PNG_COLOR_TYPE_RGB;
+    const std::size_t file_channels = packed ? 4 : channels == 2 ? 3 : channels;
     Metadata texts = metadata;
     if (channels == 2) texts.emplace_back("kiln.unused_channel", "B is 0 and carries no quantity");
 
@@ -153,6 +167,7 @@ Encoded encode_png(const Table& table, PixelType pixel, const Metadata& metadata
                   .bit_depth = bit_depth,
                   .colour_type = colour_type,
                   .file_channels = file_channels,
+                  .packed = packed,
                   .row = std::vector<png_byte>(row_bytes, 0),
                   .texts = texts_of(texts),
                   .between_lines = between_lines,

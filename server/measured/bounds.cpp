@@ -30,9 +30,6 @@ Bounds measured_bounds() {
          "Of light in one component of a file."},
         {"measurement_surveyed_incidences_max", kSurveyedIncidencesMax, "directions",
          "Of light that the account of a component lists."},
-        {"slice_count_max", kSliceCountMax, "slices", "Of one material in an image."},
-        {"atlas_materials_max", kAtlasMaterialsMax, "materials", "In one atlas."},
-        {"atlas_texels_max", kAtlasTexelsMax, "texels", "Of an image of slices."},
     };
 }
 

@@ -30,9 +30,6 @@ inline constexpr std::size_t kTensorDimensionsMax = 8;
 /// Directions of light in one component, and those that an account lists.
 inline constexpr std::size_t kIncidencesMax = 2048;
 inline constexpr std::size_t kSurveyedIncidencesMax = 160;
-inline constexpr std::size_t kSliceCountMax = 64;
-inline constexpr std::size_t kAtlasMaterialsMax = 256;
-inline constexpr std::size_t kAtlasTexelsMax = std::size_t{64} << 20;
 
 /// Of the measured room.
 Bounds measured_bounds();

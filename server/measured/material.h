@@ -6,23 +6,12 @@
 
 #include "server/measured/hemisphere.h"
 #include "server/measured/reader.h"
+#include "server/spec/measured_spec.h"
 
 namespace kiln::measured {
 
-/// What happens beyond theta_in of the last measured incidence.
-enum class ThetaInBeyond {
-    clamp,        ///< the last lobe about the new mirror direction (Cezner 2024)
-    reciprocity,  ///< f(o, i) where that is measured; beyond, the last lobe at the level found
-                  ///< there
-};
-
-/// Seed of the method: L. Cezner 2024, "Utilizing Measured Reflectance for Real-time Rendering in
-/// Game Engines", equations 12 and 13.
-struct Extrapolation {
-    double p = 1;    ///< what is left of f at the horizon, 0 or more; 1 clamps
-    double l = 0.3;  ///< place of the Bezier curve's middle point (l, 1 - l), 0 … 1
-    ThetaInBeyond theta_in = ThetaInBeyond::reciprocity;
-};
+using kiln::Extrapolation;
+using kiln::ThetaInBeyond;
 
 /// y at x of the quadratic Bezier curve (0,0), (l, 1-l), (1,1); x and l in [0, 1].
 double bezier(double x, double l);

@@ -34,6 +34,10 @@ struct Understood {
     void warn(std::string text);
 };
 
+/// Raised whenever a reader, or what is made of its points, gives other numbers: accounts are read
+/// afresh and results computed afresh.
+inline constexpr int kReaderRevision = 1;
+
 struct Reading {
     Understood understood;
     std::vector<Component> components;  ///< the first is what tables are made of

@@ -5,37 +5,22 @@
 #include <cmath>
 
 #include "server/base/error.h"
-#include "server/measured/bounds.h"
+#include "server/spec/slice_grid.h"
 
 namespace kiln::measured {
 namespace {
 
 constexpr float kBelowHorizon = 3;
 
-std::size_t columns_for(std::size_t count) {
-    std::size_t columns = 1;
-    while (columns * columns < count) ++columns;
-    return columns;
-}
-
-/// The view of a texel; columns beyond a whole turn and rows beyond a pole are those of a gutter.
-Vec view_of(const SliceLayout& layout, double theta_in, double column, double row) {
-    const double phi = 360.0 * column / static_cast<double>(layout.width - 1);
-    const double theta =
-        std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
-    const Vec d = direction(theta, phi);
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};  // Cezner 2024, equation 15
-}
-
 /// One slice of one material with its gutter.
 void fill_cell(const SliceLayout& layout, const Material& material, double theta_in,
                SlicePlan::Place at, SliceTable& made, SliceAccount& account,
-               std::array<std::size_t, 4>& origins) {
+               std::array<std::size_t, 4>& origins, const std::function<void()>& between_rows) {
     const auto gutter = static_cast<std::ptrdiff_t>(layout.gutter);
     const auto width = static_cast<std::ptrdiff_t>(layout.width);
     const auto height = static_cast<std::ptrdiff_t>(layout.height);
-    for (std::ptrdiff_t row = -gutter; row < height + gutter; ++row)
+    for (std::ptrdiff_t row = -gutter; row < height + gutter; ++row) {
+        between_rows();
         for (std::ptrdiff_t column = -gutter; column < width + gutter; ++column) {
             const Vec out =
                 view_of(layout, theta_in, static_cast<double>(column), static_cast<double>(row));
@@ -53,6 +38,7 @@ void fill_cell(const SliceLayout& layout, const Material& material, double theta
             made.table.planes[3][n] = out.z < 0 ? kBelowHorizon : static_cast<float>(origin);
             if (inside) ++origins[out.z < 0 ? 3 : static_cast<std::size_t>(origin)];
         }
+    }
 }
 
 void fill_account(const SliceLayout& layout, const Material& material,
@@ -78,21 +64,27 @@ void fill_account(const SliceLayout& layout, const Material& material,
 
 }  // namespace
 
+Vec view_of(const SliceLayout& layout, double theta_in, double column, double row) {
+    const double phi = 360.0 * column / static_cast<double>(layout.width - 1);
+    const double theta =
+        std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
+    const Vec d = direction(theta, phi);
+    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
+    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};  // Cezner 2024, equation 15
+}
+
 SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count) {
+    const SliceGrid grid = slice_grid(layout.width, layout.height, layout.gutter,
+                                      layout.theta_in.size(), material_count);
+    if (const auto why = too_large(grid)) throw Error("too_large", "the image " + *why);
     SlicePlan plan;
-    plan.cell_width = layout.width + 2 * layout.gutter;
-    plan.cell_height = layout.height + 2 * layout.gutter;
-    plan.slice_columns = columns_for(layout.theta_in.size());
-    plan.cell_columns = columns_for(material_count);
-    plan.cell_rows = (material_count + plan.cell_columns - 1) / plan.cell_columns;
-    const std::size_t slice_rows =
-        (layout.theta_in.size() + plan.slice_columns - 1) / plan.slice_columns;
-    plan.width = plan.slice_columns * plan.cell_columns * plan.cell_width;
-    plan.height = slice_rows * plan.cell_rows * plan.cell_height;
-    if (plan.width * plan.height > kAtlasTexelsMax)
-        throw Error("too_large", "the image would have " + std::to_string(plan.width) + " x " +
-                                     std::to_string(plan.height) + " texels, at most " +
-                                     std::to_string(kAtlasTexelsMax) + " are made");
+    plan.cell_width = grid.cell_width;
+    plan.cell_height = grid.cell_height;
+    plan.slice_columns = grid.slice_columns;
+    plan.cell_columns = grid.cell_columns;
+    plan.cell_rows = grid.cell_rows;
+    plan.width = grid.width();
+    plan.height = grid.height();
     return plan;
 }
 
@@ -103,19 +95,26 @@ SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
     return {column * cell_width + layout.gutter, row * cell_height + layout.gutter};
 }
 
-SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials) {
+SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
+                       const std::function<void(double)>& tell) {
     SliceTable made;
     made.plan = plan_slices(layout, materials.size());
     made.table.width = made.plan.width;
     made.table.height = made.plan.height;
     made.table.channels = {"R", "G", "B", "origin"};
     made.table.planes.assign(4, std::vector<float>(made.plan.width * made.plan.height));
+    const std::size_t rows =
+        materials.size() * layout.theta_in.size() * (layout.height + 2 * layout.gutter);
+    std::size_t done = 0;
+    const auto between_rows = [&] {
+        tell(static_cast<double>(done++) / static_cast<double>(rows));
+    };
     for (std::size_t m = 0; m < materials.size(); ++m) {
         SliceAccount account;
         std::array<std::size_t, 4> origins{};
         for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
             fill_cell(layout, *materials[m], layout.theta_in[s], made.plan.place(layout, s, m),
-                      made, account, origins);
+                      made, account, origins, between_rows);
         fill_account(layout, *materials[m], origins, account);
         made.accounts.push_back(std::move(account));
     }
@@ -152,29 +151,6 @@ Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t ma
         }
     }
     return result;
-}
-
-std::uint32_t to_rgb9e5(const Colour& c) {
-    constexpr double kMost = 65408;  // (2^9 - 1) / 2^9 * 2^16
-    std::array<double, 3> held{};
-    for (std::size_t k = 0; k < 3; ++k) held[k] = c[k] > 0 ? std::min(c[k], kMost) : 0.0;
-    const double most = *std::max_element(held.begin(), held.end());
-    int exponent = most > 0 ? std::max(-16, static_cast<int>(std::floor(std::log2(most)))) + 16 : 0;
-    // Rounding may carry the largest mantissa to 2^9: one exponent up.
-    if (std::floor(std::ldexp(most, 24 - exponent) + 0.5) >= 512) ++exponent;
-    std::uint32_t bits = static_cast<std::uint32_t>(exponent) << 27;
-    for (std::size_t k = 0; k < 3; ++k)
-        bits |= static_cast<std::uint32_t>(std::floor(std::ldexp(held[k], 24 - exponent) + 0.5))
-                << (9 * k);
-    return bits;
-}
-
-Colour from_rgb9e5(std::uint32_t bits) {
-    const int exponent = static_cast<int>(bits >> 27);
-    Colour c{};
-    for (std::size_t k = 0; k < 3; ++k)
-        c[k] = std::ldexp(static_cast<double>(bits >> (9 * k) & 511), exponent - 24);
-    return c;
 }
 
 }  // namespace kiln::measured

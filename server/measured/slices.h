@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "server/base/rgb9e5.h"
 #include "server/compute/table.h"
 #include "server/measured/material.h"
 
@@ -28,7 +30,7 @@ struct SlicePlan {
     };
     Place place(const SliceLayout& layout, std::size_t slice, std::size_t material) const;
 };
-/// Throws Error("too_large") for an image of more than kAtlasTexelsMax texels.
+/// Throws Error("too_large") for an image beyond the contract's limits.
 SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count);
 
 /// What a table lost and where its values come from, for one material.
@@ -46,20 +48,22 @@ struct SliceTable {
     Table table;  ///< channels R, G, B and origin (Origin's numbers, 3 below the horizon)
     std::vector<SliceAccount> accounts;  ///< one a material
 };
-SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials);
+/// `tell` hears the part that is done after each row of texels; what it throws ends the work.
+SliceTable make_slices(
+    const SliceLayout& layout, const std::vector<const Material*>& materials,
+    const std::function<void(double fraction)>& tell = [](double) {});
 
 /// What a shader has to know, as JSON text: sizes, angles, places, and the formulas with their half
 /// texels.
 std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
                          const std::vector<std::string>& names);
 
+/// The view of a texel of one slice; columns beyond a whole turn and rows beyond a pole are those
+/// of a gutter.
+Vec view_of(const SliceLayout& layout, double theta_in, double column, double row);
+
 /// What a shader finds in the image: trilinear among slices, clamped in theta_in.
 Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,
                double theta_in, Vec out);
-
-/// RGB9_E5 as Khronos (EXT_texture_shared_exponent) defines it: three mantissas of nine bits and an
-/// exponent. Negative values and NaN become 0; what is larger than 65408 becomes that.
-std::uint32_t to_rgb9e5(const Colour& c);
-Colour from_rgb9e5(std::uint32_t bits);
 
 }  // namespace kiln::measured

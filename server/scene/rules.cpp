@@ -122,6 +122,7 @@ double half_quantum(PixelType pixel) {
         case PixelType::half:  // 10 bits of fraction in [1/2, 1)
             return std::ldexp(1.0, -12);
         case PixelType::float32:
+        case PixelType::rgb9e5:  // of measured kinds, which have no such figure
             return std::ldexp(1.0, -25);
         case PixelType::uint8:
             return 0.5 / 255;

@@ -70,6 +70,7 @@ std::uint64_t pixel_bytes(PixelType pixel) {
         case PixelType::uint16:
             return 2;
         case PixelType::float32:
+        case PixelType::rgb9e5:  // of measured kinds, which have no such figure
             return 4;
     }
     __builtin_unreachable();

@@ -15,6 +15,9 @@ namespace kiln {
 /// Largest value of the setting `workers`.
 inline constexpr std::int64_t kWorkersMax = 64;
 
+/// Largest value of the setting `upload_mib`: what the readers of measurements take.
+inline constexpr std::int64_t kUploadMibMost = 72;
+
 /// What an operator may set. The values here are the defaults; names, ranges, units and help are in
 /// settings_table(), which flags, environment, --help and /v1/capabilities are made from.
 struct Settings {
@@ -27,6 +30,8 @@ struct Settings {
     std::int64_t cache_mib = 10240;
     std::int64_t hot_cache_mib = 64;
     std::int64_t downloads_mib = 512;
+    std::int64_t upload_mib = 64;
+    std::int64_t measurements_mib = 4096;
     std::int64_t connections_max = 256;
     std::int64_t header_timeout_s = 3;
     std::int64_t idle_timeout_s = 5;

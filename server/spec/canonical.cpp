@@ -4,6 +4,7 @@
 #include "server/base/sha256.h"
 #include "server/spec/contract.h"
 #include "server/spec/kinds.h"
+#include "server/spec/measured_fields.h"
 #include "server/spec/models.h"
 #include "server/spec/schema.h"
 #include "server/spec/spec.h"
@@ -60,11 +61,12 @@ std::string canonical(const JobSpec& job) {
     document["precision"] = to_word(job.precision);
     document["device"] = to_word(job.device);
     document["seed"] = job.seed;
+    if (is_measured(job.kind)) document["measured"] = measured_json(job.measured);
     document["output"] = {{"format", to_word(job.format)}, {"pixel", to_word(job.pixel)}};
     const Json whole = document;
     for (const auto& [field, value] : whole.items())
         if (!is_read(job.kind, field)) document.erase(field);
-    return document.dump();
+    return document.dump(-1, ' ', /*ensure_ascii=*/true);  // names of materials; files hold ASCII
 }
 
 std::string job_id(const JobSpec& job) { return sha256_hex("kiln/job/1\n" + canonical(job)); }

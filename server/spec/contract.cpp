@@ -63,6 +63,8 @@ void check_all_words(const Json& document) {
     check_words<ImageFormat>(document, "/Output/properties/format");
     check_words<ImageFormat>(document, "/ImageExtension");
     check_words<PixelType>(document, "/Output/properties/pixel");
+    for (const char* owner : {"/Extrapolation", "/MaterialExtrapolation"})
+        check_words<ThetaInBeyond>(document, std::string(owner) + "/properties/theta_in");
     for (const std::string_view format : words<ImageFormat>()) {
         const std::string pointer =
             "/components/schemas/Output/x-kiln-pixels/" + std::string(format);
@@ -131,7 +133,12 @@ Limits read_limits(const Json& document) {
             .list_limit_default = value("list_limit_default"),
             .batch_jobs_max = value("batch_jobs_max"),
             .batch_bytes_max = value("batch_bytes_max"),
-            .scene_bytes_max = value("scene_bytes_max")};
+            .scene_bytes_max = value("scene_bytes_max"),
+            .atlas_materials_max = value("atlas_materials_max"),
+            .slice_count_max = value("slice_count_max"),
+            .gutter_max = value("gutter_max"),
+            .atlas_side_max = value("atlas_side_max"),
+            .atlas_texels_max = value("atlas_texels_max")};
 }
 
 }  // namespace

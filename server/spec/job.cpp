@@ -8,6 +8,7 @@
 #include "server/spec/kinds.h"
 #include "server/spec/layouts.h"
 #include "server/spec/limits.h"
+#include "server/spec/measured_fields.h"
 #include "server/spec/models.h"
 #include "server/spec/phrases.h"
 #include "server/spec/schema.h"
@@ -35,6 +36,7 @@ class Reader {
             job_.layout = at("/layout").get<std::string>();
         read_fields();
         if (is_read(job_.kind, "layout")) read_layout();
+        if (is_read(job_.kind, "measured")) read_measured(given_, document_, problems_, job_);
         if (is_read(job_.kind, "output")) read_output();
         check_work();
         return std::move(job_);
@@ -59,16 +61,16 @@ class Reader {
 
     /// Every kind reads some of the fields.
     void check_fields() {
-        const bool of_quantities = is_read(job_.kind, "quantities");
-        if (of_quantities && !given_.contains("quantities"))
-            problems_.add("/quantities", "is required and missing");
+        for (const char* field : {"quantities", "measured"})
+            if (is_read(job_.kind, field) && !given_.contains(field))
+                problems_.add(std::string("/") + field, "is required and missing");
         std::string read;
         for (const auto& [field, value] : document_.items())
             if (is_read(job_.kind, field)) read += (read.empty() ? "" : ", ") + field;
         for (const auto& [field, value] : given_.items())
             if (document_.contains(field) && !is_read(job_.kind, field))
-                problems_.add("/" + field, "is not read by a " + std::string(to_word(job_.kind)) +
-                                               " study; leave it out. It reads: " + read);
+                problems_.add("/" + field, "is not read by kind " + in_quotes(to_word(job_.kind)) +
+                                               "; leave it out. It reads: " + read);
     }
 
     void read_number(std::optional<double>& field, const char* pointer) {
@@ -76,6 +78,7 @@ class Reader {
     }
 
     void read_fields() {
+        if (is_measured(job_.kind)) return;
         if (sound("/quantities") && document_.contains("quantities")) {
             for (const Json& entry : at("/quantities"))
                 job_.quantities.push_back(word<Quantity>(entry));
@@ -239,6 +242,10 @@ class Reader {
                                                    std::string(to_word(job_.format)) +
                                                    "; allowed: " + list_of(allowed));
         }
+        if (sound("/output/pixel") && job_.pixel == PixelType::rgb9e5 && !is_measured(job_.kind))
+            problems_.add("/output/pixel",
+                          "\"rgb9e5\" holds the three colours of measured reflectance: of kinds "
+                          "slices and atlas alone");
         const auto channels_max = static_cast<std::size_t>(limits().png_channels_max);
         const std::size_t channels = channels_of(job_).size();
         if (job_.format == ImageFormat::png && channels > channels_max)
@@ -256,7 +263,9 @@ class Reader {
     }
 
     void check_work() {
-        if (!sound("/resolution", "/sample_count", "/target_error", "/time_budget_s")) return;
+        if (is_measured(job_.kind) ||
+            !sound("/resolution", "/sample_count", "/target_error", "/time_budget_s"))
+            return;
         std::int64_t texels = 1;
         for (const std::int64_t extent : job_.resolution) texels *= extent;
         choose_sample_count(texels);

@@ -8,11 +8,12 @@
 
 #include "server/spec/diffuse_words.h"  // cmake/Words.cmake
 #include "server/spec/fresnel_spec.h"
+#include "server/spec/measured_spec.h"
 
 namespace kiln {
 
 // The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
-enum class Kind { lut, convergence, stability, furnace };
+enum class Kind { lut, convergence, stability, furnace, slices, atlas };
 enum class Quantity {
     split_sum_scale,
     split_sum_bias,
@@ -58,8 +59,9 @@ enum class PixelType {
     half,
     float32,
     uint8,
-    uint16
-};  // "half", "float", "uint8", "uint16" in JSON
+    uint16,
+    rgb9e5  ///< three colours in 32 bits (server/base/rgb9e5.h)
+};          // "half", "float", "uint8", "uint16", "rgb9e5" in JSON
 
 /// One axis of a table: which parameter it carries and where texel i of n lies on it.
 struct Axis {
@@ -89,7 +91,8 @@ struct DiffuseSpec {
 /// A job past the gate: every field is set and every combination makes sense.
 struct JobSpec {
     Kind kind = Kind::lut;
-    /// 1…64, no repeats; they become channels in this order. Empty for a stability study.
+    /// 1…64, no repeats; they become channels in this order. Empty for a stability study and for
+    /// measured kinds.
     std::vector<Quantity> quantities;
     std::vector<std::int64_t> resolution;  ///< [x] or [x, y], each 1…4096
     std::string layout = "kiln";           ///< preset name (layouts.h); "custom": an object
@@ -113,6 +116,7 @@ struct JobSpec {
     std::uint64_t seed = 0;  ///< below 2^53, so that every JSON reader keeps it
     ImageFormat format = ImageFormat::exr;
     PixelType pixel = PixelType::half;
+    MeasuredSpec measured;  ///< of kind slices and atlas, whose resolution is that of a slice
     bool operator==(const JobSpec&) const = default;
 };
 

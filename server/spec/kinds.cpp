@@ -21,6 +21,8 @@ constexpr Field kFurnace[] = {"kind",         "sample_count", "sampler", "import
                               "microfacet",   "fresnel",      "diffuse", "coupling",
                               "multiscatter", "precision",    "device",  "seed"};
 
+constexpr Field kMeasured[] = {"kind", "measured", "resolution", "output"};
+
 bool holds(std::span<const Field> fields, Field field) {
     return std::find(fields.begin(), fields.end(), field) != fields.end();
 }
@@ -30,16 +32,21 @@ bool holds(std::span<const Field> fields, Field field) {
 bool is_read(Kind kind, std::string_view field) {
     switch (kind) {
         case Kind::lut:
-            return true;
+            return field != "measured";
         case Kind::convergence:
             return holds(kConvergence, field);
         case Kind::stability:
             return holds(kStability, field);
         case Kind::furnace:
             return holds(kFurnace, field);
+        case Kind::slices:
+        case Kind::atlas:
+            return holds(kMeasured, field);
     }
     return false;
 }
+
+bool is_measured(Kind kind) { return kind == Kind::slices || kind == Kind::atlas; }
 
 void prepare_study(JobSpec& job) {
     job.format = ImageFormat::png;

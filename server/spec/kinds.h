@@ -9,6 +9,9 @@ namespace kiln {
 /// True where a job of this kind reads the top-level field; one that it does not read is refused.
 bool is_read(Kind kind, std::string_view field);
 
+/// Of measured reflectance: slices and atlas.
+bool is_measured(Kind kind);
+
 /// What a study sets itself: quantities, axes, resolution and picture format.
 void prepare_study(JobSpec& job);
 

@@ -5,7 +5,7 @@ namespace kiln {
 namespace {
 
 using Word = std::string_view;
-constexpr Word kKind[] = {"lut", "convergence", "stability", "furnace"};
+constexpr Word kKind[] = {"lut", "convergence", "stability", "furnace", "slices", "atlas"};
 constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "directional_albedo",
                               "average_albedo",         "multiscatter_albedo", "specular_albedo",
                               "compensated_albedo",     "fresnel_average",     "diffuse_albedo",
@@ -29,7 +29,8 @@ constexpr Word kMultiscatter[] = {"none", "kulla_conty", "kulla_conty_linear", "
 constexpr Word kPrecision[] = {"float32", "float64"};
 constexpr Word kDeviceChoice[] = {"auto", "opencl", "native"};
 constexpr Word kImageFormat[] = {"exr", "png"};
-constexpr Word kPixelType[] = {"half", "float", "uint8", "uint16"};
+constexpr Word kPixelType[] = {"half", "float", "uint8", "uint16", "rgb9e5"};
+constexpr Word kThetaInBeyond[] = {"clamp", "reciprocity"};
 
 }  // namespace
 
@@ -53,6 +54,7 @@ template <> std::span<const Word> words<Precision>() { return kPrecision; }
 template <> std::span<const Word> words<DeviceChoice>() { return kDeviceChoice; }
 template <> std::span<const Word> words<ImageFormat>() { return kImageFormat; }
 template <> std::span<const Word> words<PixelType>() { return kPixelType; }
+template <> std::span<const Word> words<ThetaInBeyond>() { return kThetaInBeyond; }
 // clang-format on
 
 std::vector<DiffuseModel> diffuse_lobes() {

@@ -16,9 +16,10 @@ concept OneOf = (std::same_as<T, Set> || ...);
 
 /// The closed sets that a job document spells as words.
 template <class T>
-concept JobEnum = OneOf<T, Kind, Quantity, Parameter, Mapping, Grid, Integrator, Sampler,
-                        Importance, Distribution, Masking, Fresnel, Metal, DiffuseModel, Coupling,
-                        Multiscatter, Precision, DeviceChoice, ImageFormat, PixelType>;
+concept JobEnum =
+    OneOf<T, Kind, Quantity, Parameter, Mapping, Grid, Integrator, Sampler, Importance,
+          Distribution, Masking, Fresnel, Metal, DiffuseModel, Coupling, Multiscatter, Precision,
+          DeviceChoice, ImageFormat, PixelType, ThetaInBeyond>;
 
 /// The words of a closed set, in the order of its enumerators.
 template <JobEnum E>

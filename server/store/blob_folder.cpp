@@ -14,6 +14,7 @@
 #include "server/base/error.h"
 #include "server/base/sha256.h"
 #include "server/store/bounds.h"
+#include "server/store/incoming_blob.h"
 
 namespace kiln {
 
@@ -76,7 +77,7 @@ struct TemporaryName {
 
 BlobFolder::BlobFolder(const std::string& directory) : root_path_(directory + "/cas.v1") {
     make_private_directory(root_path_);
-    root_ = FileDescriptor(open(root_path_.c_str(), kDirectoryFlags));
+    root_ = FileDescriptor(::open(root_path_.c_str(), kDirectoryFlags));
     if (!root_) throw_errno("open", root_path_);
     static constexpr char kDigits[] = "0123456789abcdef";
     // All of them at once, durable before the first put: a put then syncs one directory only.
@@ -149,6 +150,15 @@ std::optional<std::uint64_t> BlobFolder::size(const std::string& digest) const {
     throw_errno("stat", path_of(digest));
 }
 
+FileDescriptor BlobFolder::open(const std::string& digest) const {
+    const FileDescriptor folder = shard(digest);
+    if (!folder) return {};
+    FileDescriptor file(openat(folder.get(), digest.c_str(), kReadFlags));
+    struct stat status {};
+    if (!file || fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
+    return file;
+}
+
 void BlobFolder::touch(const std::string& digest) const {
     const FileDescriptor folder = shard(digest);
     if (folder) utimensat(folder.get(), digest.c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
@@ -180,17 +190,36 @@ void BlobFolder::write(const std::string& digest, std::string_view bytes) const 
     if (!write_all(file.get(), bytes)) throw_errno("write", path_of(digest));
     // After a failed fsync the kernel may have dropped the pages: it is final, never retried.
     if (fsync(file.get()) != 0) throw_errno("fsync", path_of(digest));
-    if (renameat(folder.get(), name.c_str(), folder.get(), digest.c_str()) != 0) {
+    move_into_place(folder.get(), name, folder, digest);
+    temporary.renamed = true;
+}
+
+void BlobFolder::move_into_place(int from, const std::string& name, const FileDescriptor& folder,
+                                 const std::string& digest) const {
+    if (renameat(from, name.c_str(), folder.get(), digest.c_str()) != 0) {
         // A directory stands in the way: the one thing that rename does not replace.
         const int code = errno;
         if (code == EISDIR) quarantine(digest, std::nullopt);
         errno = code;
-        if (code != EISDIR ||
-            renameat(folder.get(), name.c_str(), folder.get(), digest.c_str()) != 0)
+        if (code != EISDIR || renameat(from, name.c_str(), folder.get(), digest.c_str()) != 0)
             throw_errno("rename", path_of(digest));
     }
-    temporary.renamed = true;
     if (fsync(folder.get()) != 0) throw_errno("fsync the folder of", path_of(digest));
+}
+
+// In the first shard, where walks find it if this process ends before it has a name.
+std::unique_ptr<IncomingBlob> BlobFolder::receive() const {
+    FileDescriptor folder = make_shard("00");
+    std::string name;
+    FileDescriptor file = make_temporary(folder, name);
+    return std::make_unique<IncomingBlob>(std::move(folder), std::move(file), std::move(name));
+}
+
+void BlobFolder::keep(IncomingBlob& blob) const {
+    blob.seal();
+    const std::string digest = blob.digest();
+    move_into_place(blob.folder_.get(), blob.name_, make_shard(digest), digest);
+    blob.name_.clear();
 }
 
 void BlobFolder::sync(const std::string& digest) const {

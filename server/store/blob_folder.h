@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@ struct BlobEntry {
     std::uint64_t bytes = 0;
     timespec used{};  ///< last use: the file's modification time
 };
+
+class IncomingBlob;
 
 /// The files of one blob store: names, reading, writing, listing, setting aside. Knows nothing of
 /// budgets and keeps no state but the open folder, so any thread may call anything.
@@ -37,10 +40,16 @@ class BlobFolder {
     Content read(const std::string& digest, std::uint64_t bytes_max) const;
     /// Of a regular file.
     std::optional<std::uint64_t> size(const std::string& digest) const;
+    /// For reading; not verified. Empty where there is no regular file.
+    FileDescriptor open(const std::string& digest) const;
     /// Notes a use, for eviction. A failure costs no more than a worse choice later.
     void touch(const std::string& digest) const;
     /// Returns once file and name are durable; on failure nothing half-written stays.
     void write(const std::string& digest, std::string_view bytes) const;
+    /// A blob whose bytes come piece by piece, and whose digest is known at the end.
+    std::unique_ptr<IncomingBlob> receive() const;
+    /// Under its digest, durable.
+    void keep(IncomingBlob& blob) const;
     /// Makes an entry's name durable that some process, maybe another, has just renamed into place.
     void sync(const std::string& digest) const;
     /// Moves the entry to quarantine/ if it still is the file `inode`. True if it moved.
@@ -55,6 +64,8 @@ class BlobFolder {
     FileDescriptor shard(const std::string& digest) const;
     FileDescriptor make_shard(const std::string& digest) const;
     FileDescriptor make_temporary(const FileDescriptor& folder, std::string& name) const;
+    void move_into_place(int from, const std::string& name, const FileDescriptor& folder,
+                         const std::string& digest) const;
     void list_shard(const std::string& name, std::vector<BlobEntry>& entries) const;
     void trim_quarantine() const;
     std::string path_of(const std::string& digest) const;

@@ -9,6 +9,8 @@ Bounds store_bounds() {
          "Finished jobs that are remembered; the first finished are forgotten first."},
         {"quarantine_files_max", kQuarantineFilesMax, "files",
          "Damaged results set aside; the oldest go first."},
+        {"measurements_max", kMeasurementsMax, "measurements",
+         "Kept; the least recently used go first."},
         {"busy_ms_max", static_cast<std::uint64_t>(kBusyTimeMax.count()), "ms",
          "Wait for the lock of the job store."},
     };

@@ -13,6 +13,10 @@ inline constexpr std::int64_t kFinishedJobsMax = 100'000;
 /// Damaged blobs kept to look into what went wrong; the oldest go first.
 inline constexpr std::size_t kQuarantineFilesMax = 16;
 
+/// Measurements that are kept, beside the budget of their bytes: many small ones would be a long
+/// index.
+inline constexpr std::int64_t kMeasurementsMax = 20'000;
+
 /// Wait for the lock of the job store. Covers the longest write of another process with room to
 /// spare; longer means that it hangs.
 inline constexpr std::chrono::milliseconds kBusyTimeMax{5000};

@@ -7,10 +7,12 @@
 #include "server/base/sha256.h"
 #include "server/compute/kernel_digest.h"
 #include "server/image/image.h"
+#include "server/spec/kinds.h"
 #include "server/spec/spec.h"
-#include "server/spec/words.h"
 #include "server/study/draw.h"
 #include "server/study/studies.h"
+#include "server/worker/bake_measured.h"
+#include "server/worker/pixel_losses.h"
 
 namespace kiln {
 
@@ -30,32 +32,6 @@ std::optional<double> largest_standard_error(const Report& report) {
     return largest;
 }
 
-/// A quantity without an entry of its own is the encoder's channel that nobody measured: it gets
-/// one, so that the quantisation of every stored channel is told.
-ChannelError& entry_of(Report& report, const std::string& quantity) {
-    for (ChannelError& channel : report.error)
-        if (channel.quantity == quantity) return channel;
-    ChannelError& channel = report.error.emplace_back();
-    channel.quantity = quantity;
-    return channel;
-}
-
-void tell_pixel_losses(Report& report, const std::vector<std::string>& channels, PixelType pixel,
-                       const Encoded& encoded) {
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-        if (c < encoded.quantisation_max.size())
-            entry_of(report, channels[c]).quantisation_max = encoded.quantisation_max[c];
-        if (c < encoded.clamped.size() && encoded.clamped[c] != 0)
-            report.warnings.push_back(channels[c] + ": " + std::to_string(encoded.clamped[c]) +
-                                      " texels lay outside what " + std::string(to_word(pixel)) +
-                                      " pixels hold and were clamped to it");
-    }
-    if (pixel == PixelType::uint8)
-        report.warnings.push_back(
-            "8-bit pixels hold 256 levels: expect visible banding; 16-bit PNG or half EXR avoids "
-            "it");
-}
-
 Baked bake_study(Engine& engine, const JobSpec& job, const Control& control) {
     const Clock::time_point start = Clock::now();
     Studied made = make_study(engine, job, control);
@@ -69,14 +45,17 @@ Baked bake_study(Engine& engine, const JobSpec& job, const Control& control) {
             .extension = "png",
             .report = std::move(made.report),
             .image_digest = std::move(digest),
-            .study = std::move(made.study)};
+            .study = std::move(made.study),
+            .sidecar = {}};
 }
 
 }  // namespace
 
 std::string report_json(const Baked& baked) {
     const std::string report = to_json(baked.report);
-    return baked.study ? with_study(report, *baked.study) : report;
+    if (baked.study) return with_study(report, *baked.study);
+    if (baked.sidecar.empty()) return report;
+    return report.substr(0, report.size() - 1) + ",\"measured\":" + baked.sidecar + "}";
 }
 
 std::string image_key(const JobSpec& job, const std::string& numerics) {
@@ -84,7 +63,9 @@ std::string image_key(const JobSpec& job, const std::string& numerics) {
                       std::to_string(kEncoderRevision) + "\n" + canonical(job));
 }
 
-Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
+Baked bake(Engine& engine, const JobSpec& job, const Control& control,
+           const MeasurementSource& measurements) {
+    if (is_measured(job.kind)) return bake_measured(engine, job, control, measurements);
     if (job.kind != Kind::lut) return bake_study(engine, job, control);
     const Clock::time_point start = Clock::now();
     Outcome outcome = engine.run(job, control);
@@ -113,7 +94,8 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control) {
             .extension = std::move(encoded.extension),
             .report = std::move(report),
             .image_digest = std::move(digest),
-            .study = {}};
+            .study = {},
+            .sidecar = {}};
 }
 
 }  // namespace kiln

@@ -12,6 +12,7 @@
 #include "server/compute/devices_json.h"
 #include "server/compute/report.h"
 #include "server/spec/spec.h"
+#include "server/store/measurement_store.h"
 #include "server/worker/attempt.h"
 #include "server/worker/bake.h"
 #include "server/worker/engines.h"
@@ -91,7 +92,10 @@ class Worker {
         Control control;
         control.progress = [&](const Progress& progress) { attempt.progress(progress); };
         control.cancelled = [&] { return attempt.look() != Attempt::State::running; };
-        Baked baked = bake(engines_.pick(job.note), spec, control);
+        Baked baked =
+            bake(engines_.pick(job.note), spec, control, [this](const std::string& digest) {
+                return measurement_bytes(settings_.data_dir, digest);
+            });
         if (control.cancelled()) throw Cancelled();
         const std::string digest = blobs_.put(baked.image);
         RunTime& time = baked.report.run_time_s;

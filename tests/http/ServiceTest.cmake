@@ -8,6 +8,7 @@ function(kiln_service_test script)
     COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/${script}_test.py)
   set(environment "KILND=$<TARGET_FILE:kilnd>" "KILN_SCRATCH=${PROJECT_BINARY_DIR}"
     "CLFAULT_LIBRARY=$<TARGET_FILE:clfault>" "KILN_HOSTILE_SCENES=$<TARGET_FILE:write_hostile_scenes>"
-    "PYTHONPATH=${PROJECT_SOURCE_DIR}/tests/http" "PYTHONDONTWRITEBYTECODE=1")
+    "PYTHONPATH=${PROJECT_SOURCE_DIR}/tests/http:${PROJECT_SOURCE_DIR}/examples/measured"
+    "PYTHONDONTWRITEBYTECODE=1")
   set_tests_properties(service.${script} PROPERTIES TIMEOUT 300 ENVIRONMENT "${environment}")
 endfunction()

@@ -22,7 +22,11 @@ BOUNDS = {
     "scene_materials_max": 4096, "scene_name_bytes_max": 256, "image_texels_max": 16777216,
     "scene_texels_max": 67108864, "image_memory_bytes_max": 134217728, "image_scans_max": 64,
     "rows_max": 8, "upload_bytes_max": 67108864, "plans_max": 4, "plan_patience_s_max": 10,
-    "batch_bytes_max": 1048576, "batch_jobs_max": 64, "wait_s_max": 60,
+    "batch_bytes_max": 1048576, "batch_jobs_max": 64, "wait_s_max": 60, "upload_mib": 64,
+    "measurements_mib": 4096, "measurements_max": 20000, "measurement_uploads_max": 16,
+    "readers_max": 2, "reader_s_max": 60, "reader_memory_bytes_max": 2147483648,
+    "atlas_materials_max": 256, "slice_count_max": 64, "atlas_texels_max": 67108864,
+    "measurement_bytes_max": 75497472,
 }
 # Constants that are named like bounds and bound nothing that is shared or waits.
 NO_BOUNDS = {

@@ -9,6 +9,7 @@
 #include "server/base/sha256.h"
 #include "server/spec/channels.h"
 #include "server/spec/limits.h"
+#include "server/spec/measurement_names.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 #include "tests/spec/valid_jobs.h"
@@ -62,6 +63,72 @@ TEST(Jobs, EveryFieldArrives) {
     expected.format = ImageFormat::png;
     expected.pixel = PixelType::uint8;
     EXPECT_EQ(job, expected);
+}
+
+const std::string kDigest(64, 'a');
+
+std::string with_digest(std::string text) {
+    const std::string id = "\"sha256:" + kDigest + '"';
+    for (std::size_t at = 0; (at = text.find("ID", at)) != text.npos; at += id.size())
+        text.replace(at, 2, id);
+    return text;
+}
+
+TEST(Jobs, MeasuredFieldsArrive) {
+    const JobSpec job = parse_job(with_digest(
+        R"({"kind":"atlas","measured":{"data":[ID,{"data":ID,"name":"b","extrapolation":{"l":0.5,
+        "theta_in":"clamp"}}],"extrapolation":{"p":0.25},"theta_in":[0,30.5],"gutter":3},
+        "resolution":[16,8],"output":{"format":"png","pixel":"rgb9e5"}})"));
+    JobSpec expected;
+    expected.kind = Kind::atlas;
+    expected.resolution = {16, 8};
+    expected.format = ImageFormat::png;
+    expected.pixel = PixelType::rgb9e5;
+    expected.measured.materials = {
+        {kDigest, kDigest.substr(0, 12), {0.25, 0.3, ThetaInBeyond::reciprocity}},
+        {kDigest, "b", {0.25, 0.5, ThetaInBeyond::clamp}}};
+    expected.measured.theta_in = {0, 30.5};
+    expected.measured.gutter = 3;
+    EXPECT_EQ(job, expected);
+}
+
+TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
+    const JobSpec job = parse_job(with_digest(R"({"kind":"slices","measured":{"data":ID}})"));
+    EXPECT_EQ(job.measured.materials.at(0).extrapolation, Extrapolation{});
+    EXPECT_EQ(job.measured.theta_in, (std::vector<double>{0, 20, 40, 60}));
+    EXPECT_EQ(job.resolution, (std::vector<std::int64_t>{361, 181}));
+    EXPECT_EQ(job.pixel, PixelType::half);
+}
+
+TEST(Jobs, SpellingsOfMeasuredAreOneJob) {
+    const auto id = [](const char* measured) {
+        return job_id(
+            parse_job(with_digest(std::string(R"({"kind":"atlas","measured":)") + measured + "}")));
+    };
+    const std::string one = id(R"({"data":ID})");
+    for (const char* same :
+         {R"({"data":[ID]})", "[ID]", R"([{"data":ID}])", R"({"data":ID,"gutter":0.0})",
+          R"({"data":[{"data":ID,"extrapolation":{"p":1}}],"extrapolation":{"p":0.5}})"})
+        EXPECT_EQ(id(same), one) << same;
+    for (const char* other :
+         {R"({"data":ID,"name":"x"})", R"({"data":ID,"gutter":1})", R"({"data":[ID,ID]})",
+          R"({"data":ID,"theta_in":[0,20,40]})", R"({"data":ID,"extrapolation":{"l":0.31}})"})
+        EXPECT_NE(id(other), one) << other;
+}
+
+TEST(Jobs, MeasurementsAreFoundAndReplaced) {
+    EXPECT_EQ(measurement_pointers(R"({"measured":{"data":"a"}})"),
+              std::vector<std::string>{"/measured/data"});
+    EXPECT_EQ(measurement_pointers(R"({"measured":[{"data":"a"},"b"]})"),
+              (std::vector<std::string>{"/measured/0/data", "/measured/1"}));
+    const auto shout = [](const std::string& name) { return name + "!"; };
+    EXPECT_EQ(with_measurements(R"({"measured":{"data":["a",{"data":"b"},5]}})", shout),
+              R"({"measured":{"data":["a!",{"data":"b!"},5]}})");
+    for (const char* left : {R"({"kind":"lut"})", "[", R"({"measured":3})", "7"})
+        EXPECT_EQ(with_measurements(left, shout), left);
+    std::set<std::string> named;
+    named_measurements("\"sha256:" + kDigest + "\" sha256:0 \"sha256:" + kDigest + "\"", named);
+    EXPECT_EQ(named, std::set<std::string>{kDigest});
 }
 
 TEST(Jobs, ValidDocumentsSurviveTheirCanonicalForm) {

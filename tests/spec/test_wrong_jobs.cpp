@@ -85,13 +85,10 @@ TEST(WrongJobs, ProblemDocumentsKeepTheContract) {
     EXPECT_EQ(contract_problems("Problem", R"({"type":"about:blank"})").size(), 5u);
 }
 
-TEST(WrongJobs, LaterValuesAreRefusedByName) {
+TEST(WrongJobs, RangesAreNamed) {
     const auto message = [](const std::string& text) {
         return refusal(text).problems.at(0).message;
     };
-    EXPECT_EQ(
-        message(R"({"quantities":["average_albedo"],"kind":"atlas"})"),
-        R"("atlas" is not supported yet; allowed: "lut", "convergence", "stability", "furnace")");
     EXPECT_EQ(message(R"({"quantities":["average_albedo"],"resolution":[0]})"),
               "is 0; must be in 1…4096 texels");
 }

@@ -34,6 +34,17 @@ inline const std::vector<std::string> kValidJobs = {
     R"({"quantities":["split_sum_scale"]})",
     " \r\n\t{\"quantities\":[\"split_sum_scale\"]}\n",
     R"({"quantities":["average_albedo"],"resolution":[64]})",
+    R"({"kind":"slices","measured":{"data":
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"}})",
+    R"({"kind":"slices","measured":[
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"],
+        "resolution":[2,2],"output":{"format":"png","pixel":"rgb9e5"}})",
+    R"({"kind":"atlas","measured":{"data":[
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+        {"data":"sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+         "name":"Ä \"q\"","extrapolation":{"p":-0}}],
+        "theta_in":[-0,45.5,90],"gutter":64,"extrapolation":{"theta_in":"clamp"}},
+        "output":{"pixel":"rgb9e5"}})",
     R"({"kind":"furnace"})",
     R"({"kind":"furnace","coupling":"kelemen","importance":"ndf","sample_count":64,"seed":3})",
     R"({"kind":"stability","device":"native"})",

@@ -11,12 +11,13 @@ FILE_LINES_MAX = [
     ("CONTRIBUTING.md", 120),
     ("*.json", None),
     ("LICENSE", None),
+    ("examples/measured/*.csv", None),
     ("*", 400),
 ]
 FUNCTION_LINES_MAX = 70
 COLUMNS_MAX = 120   # a hard limit
 COLUMNS_AIM = 100   # what clang-format keeps to
-WIDE_LINES_MAX = 106  # lines between the two in the whole tree; lower it whenever the test says so
+WIDE_LINES_MAX = 100  # lines between the two in the whole tree; lower it whenever the test says so
 
 # file → lines wider than COLUMNS_MAX
 OVERWIDE_LINES = {
@@ -41,9 +42,10 @@ ARROWS = {
     "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
     "server/study/": ["kernels/", "server/compute/", "server/spec/", "server/base/"],
     "server/worker/": ["server/spec/", "server/store/", "server/compute/", "server/image/",
-                       "server/study/", "server/settings/", "server/base/"],
-    "server/worker/bake.": ["server/spec/", "server/compute/", "server/image/", "server/study/",
-                            "server/base/"],
+                       "server/study/", "server/measured/", "server/settings/", "server/base/"],
+    # What the client shares: no store.
+    "server/worker/bake": ["server/spec/", "server/compute/", "server/image/", "server/study/",
+                           "server/measured/", "server/base/"],
     "server/http/": ["server/spec/", "server/scene/", "server/store/", "server/settings/", "server/base/"],
     "server/kilnd.cpp": ["server/"],
     # The HTTP API, and the engine for --local.
@@ -65,12 +67,13 @@ HEAVY_HEADERS = {
     "nlohmann/json.hpp": [
         "client/json.cpp", "client/scene_json.cpp", "server/compute/devices_json.cpp",
         "server/compute/report.cpp", "server/http/documents.cpp",
+        "server/http/measurement_documents.cpp",
         "server/scene/material_list.cpp", "server/scene/plan_document.cpp",
         "server/scene/plan_options.cpp", "server/scene/scene.cpp", "server/scene/walk.cpp",
         "server/measured/account.cpp", "server/measured/bird_json.cpp",
-        "server/measured/sidecar.cpp",
+        "server/measured/job_sidecar.cpp", "server/measured/sidecar.cpp",
         "server/spec/canonical.cpp", "server/spec/contract.cpp", "server/spec/job.cpp",
-        "server/spec/json_text.cpp", "server/spec/models.cpp",
+        "server/spec/json_text.cpp", "server/spec/measured_fields.cpp", "server/spec/models.cpp",
         "server/spec/phrases.cpp", "server/spec/problem_document.cpp",
         "server/spec/schema.cpp", "server/spec/settings.cpp", "server/study/study_json.cpp",
         "tests/compute/test_report.cpp", "tests/scene/test_material_list.cpp",

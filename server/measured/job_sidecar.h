@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "server/measured/slices.h"
+#include "server/spec/job_spec.h"
+
+namespace kiln::measured {
+
+/// What is told of a job's material beside its SliceAccount.
+struct MaterialNote {
+    std::string format, title;         ///< of the file
+    std::vector<double> lookup_error;  ///< one a slice
+    std::vector<std::string> warnings;
+};
+
+/// sidecar_json() of a job, with what only the job knows: the pixel type and where its bits lie,
+/// the measurements by hash, their extrapolation, and the notes. ASCII.
+std::string job_sidecar(const JobSpec& job, const SliceLayout& layout, const SliceTable& made,
+                        const std::vector<MaterialNote>& notes);
+
+}  // namespace kiln::measured

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/spec/measured_fields.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/base/sha256.h"
+#include "server/spec/contract.h"
+#include "server/spec/json_text.h"
+#include "server/spec/kinds.h"
+#include "server/spec/limits.h"
+#include "server/spec/measurement_names.h"
+#include "server/spec/slice_grid.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kNameDigits = 12;
+
+/// A material as a document has it: where, and what it says.
+struct Entry {
+    std::string pointer;  ///< of the text that names the measurement
+    std::string place;    ///< of the object that holds it, "" where there is none of its own
+    const Json* name = nullptr;
+    const Json* extrapolation = nullptr;
+    const Json* data = nullptr;
+};
+
+std::vector<Entry> entries_of_list(const Json& list, const std::string& pointer) {
+    std::vector<Entry> entries;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const std::string place = join_pointer(pointer, std::to_string(i));
+        const Json& item = list[i];
+        Entry entry{.pointer = place, .place = "", .data = &item};
+        if (item.is_object()) {
+            entry.place = place;
+            entry.pointer = place + "/data";
+            entry.data = item.contains("data") ? &item["data"] : nullptr;
+            if (item.contains("name")) entry.name = &item["name"];
+            if (item.contains("extrapolation")) entry.extrapolation = &item["extrapolation"];
+        }
+        if (entry.data != nullptr && entry.data->is_string()) entries.push_back(entry);
+    }
+    return entries;
+}
+
+/// Of all three forms of `measured`.
+std::vector<Entry> entries_of(const Json& measured) {
+    if (measured.is_array()) return entries_of_list(measured, "/measured");
+    if (!measured.is_object() || !measured.contains("data")) return {};
+    const Json& data = measured["data"];
+    if (data.is_array()) return entries_of_list(data, "/measured/data");
+    if (!data.is_string()) return {};
+    Entry entry{.pointer = "/measured/data", .place = "/measured", .data = &data};
+    if (measured.contains("name")) entry.name = &measured["name"];
+    return {entry};
+}
+
+Extrapolation extrapolation_of(const Json& json, Extrapolation result) {
+    // Adding 0 turns −0 into 0, so that both are the same job.
+    if (json.contains("p")) result.p = json["p"].get<double>() + 0.0;
+    if (json.contains("l")) result.l = json["l"].get<double>() + 0.0;
+    if (json.contains("theta_in"))
+        result.theta_in =
+            from_word<ThetaInBeyond>(json["theta_in"].get_ref<const std::string&>()).value();
+    return result;
+}
+
+class MeasuredReader {
+  public:
+    MeasuredReader(const Json& measured, ProblemList& problems, JobSpec& job)
+        : measured_(measured), problems_(problems), job_(job) {}
+
+    void read() {
+        const bool list = measured_.is_array();
+        Json whole = measured_;
+        if (list) {  // the fields that it has no place for stand at their defaults
+            ProblemList none(1);
+            const Json& schema = contract().at("/components/schemas/Measured"_json_pointer);
+            whole = walk_schema(contract(), schema, {{"data", measured_}}, none);
+        }
+        const std::vector<Entry> entries = entries_of(measured_);
+        const Extrapolation usual = extrapolation_of(whole["extrapolation"], {});
+        for (const Entry& entry : entries) read_material(entry, usual);
+        for (const Json& angle : whole["theta_in"])
+            job_.measured.theta_in.push_back(angle.get<double>() + 0.0);
+        job_.measured.gutter = whole["gutter"].get<std::int64_t>();
+        check_angles();
+        check_count(list || measured_["data"].is_array());
+    }
+
+  private:
+    void read_material(const Entry& entry, const Extrapolation& usual) {
+        const auto& text = entry.data->get_ref<const std::string&>();
+        const std::string_view prefix = kMeasurementPrefix;
+        const std::string digest = text.starts_with(prefix) ? text.substr(prefix.size()) : "";
+        if (!is_sha256_hex(digest)) {
+            problems_.add(entry.pointer, "is " + in_quotes(text) +
+                                             "; must be \"sha256:\" and 64 lower-case hex digits, "
+                                             "as POST /v1/measurements answers");
+            return;
+        }
+        MeasuredMaterial material{digest, digest.substr(0, kNameDigits), usual};
+        if (entry.name != nullptr) material.name = entry.name->get<std::string>();
+        if (entry.extrapolation != nullptr)
+            material.extrapolation = extrapolation_of(*entry.extrapolation, usual);
+        job_.measured.materials.push_back(std::move(material));
+    }
+
+    void check_angles() {
+        const std::vector<double>& angles = job_.measured.theta_in;
+        for (std::size_t i = 1; i < angles.size(); ++i)
+            if (!(angles[i] > angles[i - 1]))
+                problems_.add("/measured/theta_in/" + std::to_string(i),
+                              "must be above the angle before it: slices lie in rising theta_in");
+    }
+
+    void check_count(bool list) {
+        const std::size_t count = list ? entries_of(measured_).size() : 1;
+        const char* place = measured_.is_array() ? "/measured" : "/measured/data";
+        if (job_.kind == Kind::slices && count != 1)
+            problems_.add(place, "has " + std::to_string(count) +
+                                     " materials; slices are of one, more are an atlas");
+        if (list && measured_.is_object() && measured_.contains("name"))
+            problems_.add("/measured/name",
+                          "goes with one measurement; in a list each material "
+                          "has its own: {\"data\": …, \"name\": …}");
+    }
+
+    const Json& measured_;
+    ProblemList& problems_;
+    JobSpec& job_;
+};
+
+/// Texels of a slice, and of the image that they make.
+void read_resolution(const Json& given, const Json& document, ProblemList& problems, JobSpec& job) {
+    job.resolution = {361, 181};  // Cezner 2024: a degree a step, both ends included
+    if (given.contains("resolution") && problems.sound("/resolution"))
+        job.resolution = document["resolution"].get<std::vector<std::int64_t>>();
+    if (!problems.sound("/resolution")) return;
+    if (job.resolution.size() != 2)
+        return problems.add("/resolution", "has " + std::to_string(job.resolution.size()) +
+                                               " entries; a slice has two, [phi_d, theta_d]");
+    for (std::size_t i = 0; i < 2; ++i)
+        if (job.resolution[i] < 2)
+            problems.add("/resolution/" + std::to_string(i),
+                         "is 1; a slice has at least 2, one at each end of its angle");
+    if (!problems.sound("/resolution") || !problems.sound("/measured")) return;
+    const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
+    const SliceGrid grid =
+        slice_grid(size(job.resolution[0]), size(job.resolution[1]), size(job.measured.gutter),
+                   job.measured.theta_in.size(), job.measured.materials.size());
+    if (const auto why = too_large(grid)) problems.add("/resolution", "the image " + *why);
+}
+
+}  // namespace
+
+void read_measured(const Json& given, const Json& document, ProblemList& problems, JobSpec& job) {
+    if (given.contains("measured") && problems.sound("/measured"))
+        MeasuredReader(document["measured"], problems, job).read();
+    read_resolution(given, document, problems, job);
+}
+
+Json measured_json(const MeasuredSpec& measured) {
+    Json materials = Json::array();
+    for (const MeasuredMaterial& material : measured.materials)
+        materials.push_back({{"data", kMeasurementPrefix + material.data},
+                             {"name", material.name},
+                             {"extrapolation",
+                              {{"p", material.extrapolation.p},
+                               {"l", material.extrapolation.l},
+                               {"theta_in", to_word(material.extrapolation.theta_in)}}}});
+    return {{"data", materials}, {"theta_in", measured.theta_in}, {"gutter", measured.gutter}};
+}
+
+std::vector<std::string> measurement_pointers(std::string_view job_text) {
+    std::vector<std::string> pointers;
+    const Json document = parse_json(job_text, {limits().job_bytes_max, limits().depth_max});
+    if (document.is_object() && document.contains("measured"))
+        for (const Entry& entry : entries_of(document["measured"]))
+            pointers.push_back(entry.pointer);
+    return pointers;
+}
+
+std::string with_measurements(std::string_view job_text,
+                              const std::function<std::string(const std::string&)>& resolve) {
+    Json document;
+    try {
+        document = parse_json(job_text, {limits().job_bytes_max, limits().depth_max});
+    } catch (const Malformed&) {  // parse_job says what is wrong
+        return std::string(job_text);
+    }
+    if (!document.is_object() || !document.contains("measured")) return std::string(job_text);
+    const Json before = document["measured"];
+    for (const Entry& entry : entries_of(before))
+        document[Json::json_pointer(entry.pointer)] = resolve(entry.data->get<std::string>());
+    return document.dump();
+}
+
+void named_measurements(std::string_view canonical_job, std::set<std::string>& digests) {
+    constexpr std::size_t kDigits = 64;
+    const std::string_view prefix = kMeasurementPrefix;
+    for (std::size_t at = canonical_job.find(prefix); at != canonical_job.npos;
+         at = canonical_job.find(prefix, at + 1)) {
+        const std::string_view digest = canonical_job.substr(at + prefix.size(), kDigits);
+        if (is_sha256_hex(digest)) digests.emplace(digest);
+    }
+}
+
+}  // namespace kiln

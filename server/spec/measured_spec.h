@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kiln {
+
+/// What happens beyond theta_in of the last measured incidence.
+enum class ThetaInBeyond {
+    clamp,        ///< the last lobe about the new mirror direction (Cezner 2024)
+    reciprocity,  ///< f(o, i) where that is measured; beyond, the last lobe at the level found
+                  ///< there
+};
+
+/// Seed of the method: L. Cezner 2024, "Utilizing Measured Reflectance for Real-time Rendering in
+/// Game Engines", equations 12 and 13.
+struct Extrapolation {
+    double p = 1;    ///< what is left of f at the horizon, 0 or more; 1 clamps
+    double l = 0.3;  ///< place of the Bezier curve's middle point (l, 1 - l), 0 … 1
+    ThetaInBeyond theta_in = ThetaInBeyond::reciprocity;
+    bool operator==(const Extrapolation&) const = default;
+};
+
+/// A measurement and how it becomes a function of all directions.
+struct MeasuredMaterial {
+    std::string data;  ///< SHA-256 of the file, 64 hex digits
+    std::string name;  ///< for people; the first digits of the hash unless the job has one
+    Extrapolation extrapolation;
+    bool operator==(const MeasuredMaterial&) const = default;
+};
+
+/// What jobs of kind slices and atlas are of.
+struct MeasuredSpec {
+    std::vector<MeasuredMaterial> materials;  ///< one; of an atlas, up to atlas_materials_max
+    std::vector<double> theta_in;             ///< degrees, rising, in [0, 90]; one a slice
+    std::int64_t gutter = 0;                  ///< texels around each cell
+    bool operator==(const MeasuredSpec&) const = default;
+};
+
+/// "sha256:" and 64 lower-case hex digits: how documents name a measurement.
+inline constexpr const char* kMeasurementPrefix = "sha256:";
+
+}  // namespace kiln

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "server/spec/job_spec.h"
+
+namespace kiln {
+
+/// Where the bits of measured reflectance lie in an image of this type, in words, ASCII.
+std::string pixel_words(ImageFormat format, PixelType pixel);
+
+}  // namespace kiln

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/spec/slice_grid.h"
+
+#include <algorithm>
+
+#include "server/spec/limits.h"
+
+namespace kiln {
+
+namespace {
+std::size_t columns_for(std::size_t count) {
+    std::size_t columns = 1;
+    while (columns * columns < count) ++columns;
+    return columns;
+}
+}  // namespace
+
+SliceGrid slice_grid(std::size_t width, std::size_t height, std::size_t gutter,
+                     std::size_t slice_count, std::size_t material_count) {
+    SliceGrid grid;
+    grid.slice_columns = columns_for(slice_count);
+    grid.slice_rows = (slice_count + grid.slice_columns - 1) / grid.slice_columns;
+    grid.cell_columns = columns_for(material_count);
+    grid.cell_rows = (material_count + grid.cell_columns - 1) / grid.cell_columns;
+    grid.cell_width = width + 2 * gutter;
+    grid.cell_height = height + 2 * gutter;
+    return grid;
+}
+
+std::optional<std::string> too_large(const SliceGrid& grid) {
+    const auto side_max = static_cast<std::size_t>(limits().atlas_side_max);
+    const auto texels_max = static_cast<std::size_t>(limits().atlas_texels_max);
+    const std::size_t width = grid.width(), height = grid.height();
+    if (std::max(width, height) <= side_max && width * height <= texels_max) return {};
+    return "would have " + std::to_string(width) + " x " + std::to_string(height) +
+           " texels; at most " + std::to_string(side_max) + " on a side and " +
+           std::to_string(texels_max) + " in all are made";
+}
+
+}  // namespace kiln
