@@ -35,6 +35,12 @@ class Hemisphere {
     std::vector<double> albedo() const;
     /// Share of the hemisphere, by projected solid angle, within the hull.
     double coverage() const;
+    /// Lower quartiles of how wide the triangles are about the mirror direction: in the root of
+    /// sin(theta_d / 2), and in turns of phi_d.
+    struct Spacing {
+        double root = 0, turn = 0;
+    };
+    Spacing spacing() const;
     std::size_t node_count() const { return node_values_.size() / channels_; }
 
   private:

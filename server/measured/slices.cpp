@@ -6,6 +6,7 @@
 
 #include "server/base/error.h"
 #include "server/measured/bounds.h"
+#include "server/measured/resample.h"
 
 namespace kiln::measured {
 namespace {
@@ -24,46 +25,51 @@ Vec view_of(const SliceLayout& layout, double theta_in, double column, double ro
     const double theta =
         std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
     const Vec d = direction(theta, phi);
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};  // Cezner 2024, equation 15
+    return from_mirror(theta_in, d);
 }
 
 /// One slice of one material with its gutter.
-void fill_cell(const SliceLayout& layout, const Material& material, double theta_in,
-               SlicePlan::Place at, SliceTable& made, SliceAccount& account,
+void fill_cell(const SliceLayout& layout, const LobeTables& tables, double theta_in,
+               SlicePlan::Place at, Resampler& resampler, SliceTable& made, SliceAccount& account,
                std::array<std::size_t, 4>& origins) {
-    const auto gutter = static_cast<std::ptrdiff_t>(layout.gutter);
-    const auto width = static_cast<std::ptrdiff_t>(layout.width);
-    const auto height = static_cast<std::ptrdiff_t>(layout.height);
-    for (std::ptrdiff_t row = -gutter; row < height + gutter; ++row)
-        for (std::ptrdiff_t column = -gutter; column < width + gutter; ++column) {
-            const Vec out =
-                view_of(layout, theta_in, static_cast<double>(column), static_cast<double>(row));
-            Origin origin{};
-            const Colour f = material.value(theta_in, out, origin);
-            const std::size_t n =
-                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.y) + row) *
-                    made.plan.width +
-                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.x) + column);
-            const bool inside = row >= 0 && row < height && column >= 0 && column < width;
-            for (std::size_t k = 0; k < 3; ++k) {
-                made.table.planes[k][n] = static_cast<float>(std::max(0.0, f[k]));
-                account.negative += inside && f[k] < 0;
+    const auto gutter = static_cast<double>(layout.gutter);
+    const std::size_t width = made.plan.cell_width, height = made.plan.cell_height;
+    std::vector<Vec> out;
+    out.reserve(width * height);
+    for (std::size_t row = 0; row < height; ++row)
+        for (std::size_t column = 0; column < width; ++column)
+            out.push_back(view_of(layout, theta_in, static_cast<double>(column) - gutter,
+                                  static_cast<double>(row) - gutter));
+    const Sampled found = resampler.values(tables, theta_in, out);
+    const std::size_t first = (at.y - layout.gutter) * made.plan.width + at.x - layout.gutter;
+    for (std::size_t row = 0; row < height; ++row)
+        for (std::size_t column = 0; column < width; ++column) {
+            const std::size_t from = row * width + column;
+            const std::size_t to = first + row * made.plan.width + column;
+            const bool inside = row >= layout.gutter && row < height - layout.gutter &&
+                                column >= layout.gutter && column < width - layout.gutter;
+            std::size_t k = 0;
+            for (const std::vector<float>* plane : {&found.r, &found.g, &found.b}) {
+                made.table.planes[k++][to] = std::max(0.0f, (*plane)[from]);
+                account.negative += inside && (*plane)[from] < 0;
             }
-            made.table.planes[3][n] = out.z < 0 ? kBelowHorizon : static_cast<float>(origin);
-            if (inside) ++origins[out.z < 0 ? 3 : static_cast<std::size_t>(origin)];
+            const float origin = out[from].z < 0 ? kBelowHorizon : found.origin[from];
+            made.table.planes[3][to] = origin;
+            if (inside) ++origins[static_cast<std::size_t>(origin)];
         }
 }
 
-void fill_account(const SliceLayout& layout, const Material& material,
-                  const std::array<std::size_t, 4>& origins, SliceAccount& account) {
+void fill_account(const SliceLayout& layout, const Material& material, const LobeTables& tables,
+                  Resampler& resampler, const std::array<std::size_t, 4>& origins,
+                  SliceAccount& account) {
     const auto above = static_cast<double>(origins[0] + origins[1] + origins[2]);
     account.measured = static_cast<double>(origins[0]) / above;
     account.interpolated = static_cast<double>(origins[1]) / above;
     account.extrapolated = static_cast<double>(origins[2]) / above;
-    for (const double theta_in : layout.theta_in) {
-        account.albedo.push_back(material.albedo(theta_in));
-        const Colour& e = account.albedo.back().value;
+    account.albedo = resampler.albedos(tables, layout.theta_in);
+    for (std::size_t s = 0; s < layout.theta_in.size(); ++s) {
+        const double theta_in = layout.theta_in[s];
+        const Colour& e = account.albedo[s].value;
         if (*std::max_element(e.begin(), e.end()) > 1)
             account.warnings.push_back("the albedo at theta_in = " + in_words(theta_in) + " is " +
                                        in_words(*std::max_element(e.begin(), e.end())) +
@@ -73,7 +79,7 @@ void fill_account(const SliceLayout& layout, const Material& material,
                                        " lies beyond the last measured incidence, " +
                                        in_words(material.theta_in_max()));
     }
-    account.average = material.average_albedo();
+    account.average = resampler.average_albedo(tables);
 }
 
 }  // namespace
@@ -103,7 +109,9 @@ SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
     return {column * cell_width + layout.gutter, row * cell_height + layout.gutter};
 }
 
-SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials) {
+SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
+                       Backend* backend) {
+    Resampler resampler(backend);
     SliceTable made;
     made.plan = plan_slices(layout, materials.size());
     made.table.width = made.plan.width;
@@ -113,10 +121,11 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
     for (std::size_t m = 0; m < materials.size(); ++m) {
         SliceAccount account;
         std::array<std::size_t, 4> origins{};
+        const LobeTables tables = make_lobe_tables(*materials[m]);
         for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
-            fill_cell(layout, *materials[m], layout.theta_in[s], made.plan.place(layout, s, m),
+            fill_cell(layout, tables, layout.theta_in[s], made.plan.place(layout, s, m), resampler,
                       made, account, origins);
-        fill_account(layout, *materials[m], origins, account);
+        fill_account(layout, *materials[m], tables, resampler, origins, account);
         made.accounts.push_back(std::move(account));
     }
     return made;
@@ -124,8 +133,7 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
 
 Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,
                double theta_in, Vec out) {
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    const Vec d = {-c * out.x - s * out.z, -out.y, -s * out.x + c * out.z};
+    const Vec d = to_mirror(theta_in, out);
     const double x = wrapped_degrees(phi_of(d)) / 360 * static_cast<double>(layout.width - 1);
     const double y = theta_of(d) / 180 * static_cast<double>(layout.height - 1);
     const auto& angles = layout.theta_in;

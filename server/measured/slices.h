@@ -6,6 +6,10 @@
 #include "server/compute/table.h"
 #include "server/measured/material.h"
 
+namespace kiln {
+class Backend;
+}
+
 namespace kiln::measured {
 
 /// How materials become one image. A slice is a latitude-longitude map about the mirror direction
@@ -46,7 +50,10 @@ struct SliceTable {
     Table table;  ///< channels R, G, B and origin (Origin's numbers, 3 below the horizon)
     std::vector<SliceAccount> accounts;  ///< one a material
 };
-SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials);
+/// Resampled and integrated in the kernels of `backend`, which has built resampler_kernels() where
+/// it builds any; null: native, on all cores.
+SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
+                       Backend* backend = nullptr);
 
 /// What a shader has to know, as JSON text: sizes, angles, places, and the formulas with their half
 /// texels.

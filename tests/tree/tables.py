@@ -35,7 +35,7 @@ ARROWS = {
     "server/settings/": ["server/base/"],
     "server/spec/": ["server/base/"],
     "server/scene/": ["server/spec/", "server/base/"],
-    "server/measured/": ["server/spec/", "server/base/", "server/compute/table.h"],
+    "server/measured/": ["server/compute/", "server/spec/", "server/base/"],
     "server/store/": ["server/base/"],
     "server/compute/": ["kernels/", "server/spec/", "server/base/"],
     "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
@@ -97,6 +97,8 @@ KERNEL_TESTS = {
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
     "quadrature.h": ["tests/compute/test_quadrature.cpp"],
     "ray.h": ["tests/compute/test_quadrature.cpp"],
+    "lane_table.h": ["tests/kernels/test_measured.cpp"],
+    "measured_albedo.h": ["tests/measured/test_resample.cpp"],
 }
 
 PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt"]
