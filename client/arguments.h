@@ -20,6 +20,7 @@ struct Arguments {
     AdviseOptions advise;
     SceneOptions scene;
     SliceOptions slices;
+    ViewOptions view;
     ServerOptions server;
     std::string file, other_file, id, state, progress = "auto";
     double max_error = 0;

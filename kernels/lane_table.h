@@ -22,8 +22,8 @@ KILN_CALLED real lane_turn(real x, real y) {
     const real divisor = lane_select(size > K(0.0), size, lanes(K(1.0)));
     const real eighth = lane_asin(lane_min(wide, high) / divisor) / KILN_TURN;
     const real quarter = lane_select(high > wide, K(0.25) - eighth, eighth);
-    const real half = lane_select(x < K(0.0), K(0.5) - quarter, quarter);
-    return lane_select(y < K(0.0), K(1.0) - half, half);
+    const real side = lane_select(x < K(0.0), K(0.5) - quarter, quarter);
+    return lane_select(y < K(0.0), K(1.0) - side, side);
 }
 
 // Linear between entries of a table whose first is `table`; place in [0, last].

@@ -41,6 +41,13 @@ class Hemisphere {
         double root = 0, turn = 0;
     };
     Spacing spacing() const;
+    /// Points apart from each other are left out with their neighbours and predicted from the rest;
+    /// `round` picks others. Sums over them by the area that they stand for, of the channels' sum:
+    /// |prediction - value|, |value|.
+    struct Prediction {
+        double off = 0, all = 0;
+    };
+    Prediction leave_regions_out(std::uint64_t round) const;
     std::size_t node_count() const { return node_values_.size() / channels_; }
 
   private:

@@ -19,7 +19,7 @@ MeasuredShape shape_of(const Material& material) {
     MeasuredShape shape;
     double rings = 0, spokes = 0;
     for (std::size_t n = 0; n < material.lobe_count(); ++n) {
-        const Hemisphere::Spacing spacing = material.spacing(n);
+        const Hemisphere::Spacing spacing = material.hemisphere(n).spacing();
         if (spacing.root > 0) rings = std::max(rings, 1 + 2 / spacing.root);
         if (spacing.turn > 0) spokes = std::max(spokes, 1 + 2 / spacing.turn);
     }

@@ -24,8 +24,8 @@ struct LobeTables {
     void make_symmetric(const std::vector<double>& scale);
 };
 
-inline constexpr unsigned kLobeRingsMin = 65, kLobeRingsMax = 321;
-inline constexpr unsigned kLobeSpokesMin = 97, kLobeSpokesMax = 721;
+inline constexpr unsigned kLobeRingsMin = 65, kLobeRingsMax = 257;
+inline constexpr unsigned kLobeSpokesMin = 97, kLobeSpokesMax = 513;
 
 LobeTables make_lobe_tables(const Material& material);
 

@@ -52,9 +52,9 @@ class Material {
     bool goes_on_by_reciprocity() const { return !levels_.empty(); }
     const Extrapolation& extrapolation() const { return extrapolation_; }
     std::size_t lobe_count() const { return lobes_.size(); }
-    Hemisphere::Spacing spacing(std::size_t lobe) const {
-        return lobes_[lobe].hemisphere.spacing();
-    }
+    const Hemisphere& hemisphere(std::size_t lobe) const { return lobes_[lobe].hemisphere; }
+    /// One incidence with the tail beyond its edge.
+    Colour lobe_value(std::size_t lobe, Vec out, Origin& origin) const;
 
     std::vector<double> theta_in() const;  ///< of the measured incidences, degrees
     double theta_in_max() const { return lobes_.back().theta_i; }
@@ -75,8 +75,6 @@ class Material {
         Hemisphere hemisphere;
         std::vector<double> reach;  ///< theta_o in degrees, one a degree of azimuth
     };
-    /// One lobe with the tail beyond its edge.
-    Colour lobe_value(std::size_t lobe, Vec out, Origin& origin) const;
     /// Between measured incidences, or clamped to the last.
     Colour aligned_value(double theta_in, Vec out, Origin& origin) const;
     Colour beyond_value(double theta_in, Vec out, Origin& origin) const;

@@ -80,6 +80,35 @@ void fill_account(const SliceLayout& layout, const Material& material, const Lob
                                        in_words(material.theta_in_max()));
     }
     account.average = resampler.average_albedo(tables);
+    account.physics = layout.conserve ? physics_of(tables, resampler) : account.measured_physics;
+}
+
+/// What a shader's linear interpolation among the texels of a slice misses, on the mean of slices:
+/// |difference| cos(theta_o) relative to f cos(theta_o), where f was measured.
+double table_error(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+                   const LobeTables& tables, Resampler& resampler) {
+    constexpr int kViews = 4096;
+    std::vector<Vec> views;
+    for (int n = 0; n < kViews; ++n) {  // the golden spiral on the disk of projected solid angle
+        const double r2 = (n + 0.5) / kViews, turn = 360 * 0.6180339887498949 * n;
+        views.push_back(direction(std::asin(std::sqrt(r2)) / kDegree, turn));
+    }
+    double error = 0;
+    for (const double theta_in : layout.theta_in) {
+        const Sampled found = resampler.values(tables, theta_in, views);
+        double off = 0, all = 0;
+        for (std::size_t n = 0; n < views.size(); ++n) {
+            if (found.origin[n] > 1.5f) continue;
+            const Colour c = look_up(layout, made, material, theta_in, views[n]);
+            const Colour f = {found.r[n], found.g[n], found.b[n]};
+            for (std::size_t k = 0; k < 3; ++k) {
+                off += std::abs(c[k] - std::max(0.0, f[k]));
+                all += std::max(0.0, f[k]);
+            }
+        }
+        error += (all > 0 ? off / all : 0) / static_cast<double>(layout.theta_in.size());
+    }
+    return error;
 }
 
 }  // namespace
@@ -121,11 +150,15 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
     for (std::size_t m = 0; m < materials.size(); ++m) {
         SliceAccount account;
         std::array<std::size_t, 4> origins{};
-        const LobeTables tables = make_lobe_tables(*materials[m]);
+        LobeTables tables = make_lobe_tables(*materials[m]);
+        account.measured_physics = physics_of(tables, resampler);
+        if (layout.conserve) conserve(tables, resampler);
         for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
             fill_cell(layout, tables, layout.theta_in[s], made.plan.place(layout, s, m), resampler,
                       made, account, origins);
         fill_account(layout, *materials[m], tables, resampler, origins, account);
+        account.predicted = predict_error(*materials[m]);
+        account.predicted.table = table_error(layout, made, m, tables, resampler);
         made.accounts.push_back(std::move(account));
     }
     return made;

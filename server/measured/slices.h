@@ -5,10 +5,8 @@
 
 #include "server/compute/table.h"
 #include "server/measured/material.h"
-
-namespace kiln {
-class Backend;
-}
+#include "server/measured/physics.h"
+#include "server/measured/predicted_error.h"
 
 namespace kiln::measured {
 
@@ -20,6 +18,7 @@ struct SliceLayout {
     std::vector<double> theta_in{0, 20, 40, 60};  ///< degrees, rising
     std::size_t width = 361, height = 181;
     std::size_t gutter = 0;  ///< texels around each cell: phi_d goes on around, theta_d ends
+    bool conserve = false;   ///< make materials reciprocal and energy-conserving first (physics.h)
 };
 
 /// Where everything lies, in texels.
@@ -42,6 +41,9 @@ struct SliceAccount {
     std::size_t negative = 0;              ///< values that were raised to 0
     std::vector<Material::Albedo> albedo;  ///< one a theta_in
     Material::Albedo average;
+    Physics measured_physics;  ///< of the material as it was measured
+    Physics physics;           ///< of what the table holds: another one where it was conserved
+    PredictedError predicted;
     std::vector<std::string> warnings;
 };
 

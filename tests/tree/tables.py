@@ -77,7 +77,7 @@ HEAVY_HEADERS = {
     "valijson/*": ["tests/spec/test_oracle.cpp"],
     "CL/*": ["server/compute/opencl_api.h", "tests/compute/clfault.cpp"],
     "curl/*": ["client/http.cpp"],
-    "cairo*": ["server/study/charts.h", "server/study/draw.cpp"],
+    "cairo*": ["server/measured/canvas.cpp", "server/study/charts.h", "server/study/draw.cpp"],
     "sqlite3.h": ["server/store/sqlite.cpp", "tests/store/test_sqlite_job_store.cpp"],
     "pugixml.hpp": ["server/measured/lbnl_xml.cpp"],
     "openssl/*": ["server/base/sha256.cpp"],
