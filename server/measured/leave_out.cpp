@@ -50,8 +50,8 @@ class Grid {
 
 struct Nodes {
     std::vector<Triangulation::Point> place;
-    std::vector<double> area, reach;  ///< a third of the triangles around; the longest edge
-    std::vector<bool> rim;            ///< on the hull, or at a hole
+    std::vector<double> reach;  ///< the longest edge
+    std::vector<bool> rim;      ///< on the hull, or at a hole
 };
 
 /// Nodes to predict, far enough from each other that what is left out for one is not missed by
@@ -77,7 +77,6 @@ std::vector<std::size_t> chosen(const Nodes& nodes, const Grid& grid, std::uint6
 Hemisphere::Prediction Hemisphere::leave_regions_out(std::uint64_t round) const {
     Nodes nodes;
     const std::size_t count = node_count();
-    nodes.area.resize(count);
     nodes.reach.resize(count);
     nodes.rim.resize(count);
     for (std::size_t n = 0; n < count; ++n)
@@ -90,7 +89,6 @@ Hemisphere::Prediction Hemisphere::leave_regions_out(std::uint64_t round) const 
             const std::size_t n = triangle.node[k] - 3, m = triangle.node[(k + 1) % 3] - 3;
             const std::uint32_t across = triangle.across[(k + 2) % 3];
             const double length = distance(nodes.place[n], nodes.place[m]);
-            nodes.area[n] += mesh_->area(t) / 3;
             const bool open = across >= inner.size() || !inner[across] ||
                               triangle_origin_[t] != Origin::kMeasured;
             for (const std::size_t end : {n, m}) {

@@ -232,7 +232,7 @@ std::string sphere_view(const LobeTables& tables, std::size_t size, Resampler& r
     add_lamp(tables, resampler, pixels, unit(-0.35 * eye + right + 0.35 * up), eye, 1.2, light);
     constexpr std::size_t kAlbedos = 64;
     const Companion companion = companion_of(tables, kAlbedos, resampler);
-    std::vector<Colour> sum(size * size, {});
+    std::vector<Colour> sum(size * size);
     std::vector<double> cover(size * size, 0.0);
     for (std::size_t n = 0; n < pixels.size(); ++n) {
         const Vec normal = pixels[n].normal;

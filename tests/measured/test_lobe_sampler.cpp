@@ -19,7 +19,9 @@ constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kCosines = 16, kAzimuths = 24, kDrawn = 200000;
 
 LobeTables tables_of(const synthetic::Material& surface) {
-    Reading reading = read_measurement(synthetic::minidiff_file(surface));
+    synthetic::MiniDiffGrid grid;
+    grid.azimuth_step = grid.radial_step = 3;
+    Reading reading = read_measurement(synthetic::minidiff_file(surface, grid));
     return make_lobe_tables(Material(reading.components[0], {}, reading.understood));
 }
 

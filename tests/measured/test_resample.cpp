@@ -13,6 +13,7 @@
 #include "server/compute/measured_trial.h"
 #include "server/compute/native.h"
 #include "server/compute/opencl.h"
+#include "server/measured/predicted_error.h"
 #include "server/measured/resample.h"
 #include "tests/measured/synthetic.h"
 
@@ -28,6 +29,14 @@ Material material_of(const std::string& bytes, Extrapolation how = {}) {
 
 const synthetic::Material kSatin = synthetic::ggx(0.35, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
 const synthetic::Material kGlossy = synthetic::ggx(0.12, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
+
+/// Measured every two degrees, which is what a test has time for.
+std::string file_of(const synthetic::Material& surface) {
+    synthetic::MiniDiffGrid grid;
+    grid.azimuth_step = 2;
+    grid.radial_step = 2.5;
+    return synthetic::minidiff_file(surface, grid);
+}
 
 /// Views spread evenly by projected solid angle: the golden spiral on the disk.
 std::vector<Vec> spiral(std::size_t count) {
@@ -63,17 +72,18 @@ Difference difference(const Material& material, const LobeTables& tables, double
     return {off / all, origins / static_cast<double>(views.size())};
 }
 
-/// A cell of the tables is at most a degree wide where f changes by its own size over an angle of
-/// alpha: bilinear it is within (h / alpha)^2 / 8, at alpha = 0.12 and h = 0.5 degrees 7e-4 at the
-/// peak; on the mean a half of it.
+/// What the tables lose is below what the points leave open, as their report estimates it: cells
+/// are half as wide as triangles, a quarter of the error.
 TEST(Resample, TheKernelAgreesWithTheTriangulation) {
     for (const auto* surface : {&kSatin, &kGlossy}) {
         const Material material =
-            material_of(synthetic::minidiff_file(*surface), {0.2, 0.3, ThetaInBeyond::reciprocity});
+            material_of(file_of(*surface), {0.2, 0.3, ThetaInBeyond::reciprocity});
         const LobeTables tables = make_lobe_tables(material);
+        double open = 0;
+        for (std::size_t lobe = 0; lobe < 4; ++lobe) open += points_error(material, lobe) / 4;
         for (const double theta_in : {0.0, 20.0, 30.0, 60.0, 70.0, 80.0, 89.0}) {
             const Difference found = difference(material, tables, theta_in);
-            EXPECT_LT(found.relative, 3.5e-4) << theta_in;
+            EXPECT_LT(found.relative, 0.5 * open) << theta_in;
             EXPECT_LT(found.origins, 1e-3) << theta_in;
         }
     }
@@ -92,8 +102,7 @@ double midpoint_albedo(const Material& material, double theta_in) {
 }
 
 TEST(Resample, AlbedosAgreeWithASumOverTheTriangulation) {
-    const Material material =
-        material_of(synthetic::minidiff_file(kSatin), {0.2, 0.3, ThetaInBeyond::reciprocity});
+    const Material material = material_of(file_of(kSatin), {0.2, 0.3, ThetaInBeyond::reciprocity});
     const LobeTables tables = make_lobe_tables(material);
     const std::vector<double> angles = {0, 20, 33, 60, 70, 80};
     const auto found = Resampler().albedos(tables, angles);
