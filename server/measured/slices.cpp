@@ -19,15 +19,6 @@ std::size_t columns_for(std::size_t count) {
     return columns;
 }
 
-/// The view of a texel; columns beyond a whole turn and rows beyond a pole are those of a gutter.
-Vec view_of(const SliceLayout& layout, double theta_in, double column, double row) {
-    const double phi = 360.0 * column / static_cast<double>(layout.width - 1);
-    const double theta =
-        std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
-    const Vec d = direction(theta, phi);
-    return from_mirror(theta_in, d);
-}
-
 /// One slice of one material with its gutter.
 void fill_cell(const SliceLayout& layout, const LobeTables& tables, double theta_in,
                SlicePlan::Place at, Resampler& resampler, SliceTable& made, SliceAccount& account,
@@ -113,6 +104,14 @@ double table_error(const SliceLayout& layout, const SliceTable& made, std::size_
 
 }  // namespace
 
+Vec view_of(const SliceLayout& layout, double theta_in, double column, double row) {
+    const double phi = 360.0 * column / static_cast<double>(layout.width - 1);
+    const double theta =
+        std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
+    const Vec d = direction(theta, phi);
+    return from_mirror(theta_in, d);
+}
+
 SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count) {
     SlicePlan plan;
     plan.cell_width = layout.width + 2 * layout.gutter;
@@ -139,7 +138,7 @@ SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
 }
 
 SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
-                       Backend* backend) {
+                       const std::function<void(double)>& tell, Backend* backend) {
     Resampler resampler(backend);
     SliceTable made;
     made.plan = plan_slices(layout, materials.size());
@@ -147,15 +146,20 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
     made.table.height = made.plan.height;
     made.table.channels = {"R", "G", "B", "origin"};
     made.table.planes.assign(4, std::vector<float>(made.plan.width * made.plan.height));
+    const auto count = static_cast<double>(materials.size());
+    // Integrals and the figures of the account take as long as a slice or two.
+    const auto slices = static_cast<double>(layout.theta_in.size() + 2);
     for (std::size_t m = 0; m < materials.size(); ++m) {
         SliceAccount account;
         std::array<std::size_t, 4> origins{};
         LobeTables tables = make_lobe_tables(*materials[m]);
         account.measured_physics = physics_of(tables, resampler);
         if (layout.conserve) conserve(tables, resampler);
-        for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
+        for (std::size_t s = 0; s < layout.theta_in.size(); ++s) {
+            tell((static_cast<double>(m) + static_cast<double>(s) / slices) / count);
             fill_cell(layout, tables, layout.theta_in[s], made.plan.place(layout, s, m), resampler,
                       made, account, origins);
+        }
         fill_account(layout, *materials[m], tables, resampler, origins, account);
         account.predicted = predict_error(*materials[m]);
         account.predicted.table = table_error(layout, made, m, tables, resampler);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -53,14 +54,20 @@ struct SliceTable {
     std::vector<SliceAccount> accounts;  ///< one a material
 };
 /// Resampled and integrated in the kernels of `backend`, which has built resampler_kernels() where
-/// it builds any; null: native, on all cores.
-SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
-                       Backend* backend = nullptr);
+/// it builds any; null: native, on all cores. `tell` hears the part that is done after each slice;
+/// what it throws ends the work.
+SliceTable make_slices(
+    const SliceLayout& layout, const std::vector<const Material*>& materials,
+    const std::function<void(double fraction)>& tell = [](double) {}, Backend* backend = nullptr);
 
 /// What a shader has to know, as JSON text: sizes, angles, places, and the formulas with their half
 /// texels.
 std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
                          const std::vector<std::string>& names);
+
+/// The view of a texel of one slice; columns beyond a whole turn and rows beyond a pole are those
+/// of a gutter.
+Vec view_of(const SliceLayout& layout, double theta_in, double column, double row);
 
 /// What a shader finds in the image: trilinear among slices, clamped in theta_in.
 Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,

@@ -100,7 +100,7 @@ Colour tint_of(const Sampled& found) {
 /// Puts every direction at its distance and shades the surface by its normal.
 void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most) {
     const Colour tint = tint_of(found);
-    const Colour guessed = {0.55, 0.55, 0.57};
+    const Colour guessed = {0.26, 0.27, 0.34};
     for (std::size_t n = 0; n < mesh.out.size(); ++n) {
         const double f = (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3;
         mesh.place.push_back((std::max(0.0, f) / most) * mesh.out[n]);
@@ -123,7 +123,7 @@ void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most) 
             const bool measured = found.origin[n] < 1.5f;
             for (std::size_t k = 0; k < 3; ++k)
                 mesh.colour[n][k] =
-                    shade * (measured ? tint[k] : 0.75 * guessed[k] + 0.25 * tint[k]) + gloss;
+                    shade * (measured ? tint[k] : 0.8 * guessed[k] + 0.2 * tint[k]) + gloss;
         }
 }
 
@@ -207,7 +207,7 @@ std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t siz
     Camera camera;
     camera.scale = 0.43 * static_cast<double>(size);
     camera.x = 0.5 * static_cast<double>(size);
-    camera.y = 0.72 * static_cast<double>(height);
+    camera.y = 0.69 * static_cast<double>(height);
     Canvas canvas(size, height, kPaper);
     draw_ground(canvas, camera);
     shape(mesh, found, camera, most);
@@ -218,7 +218,7 @@ std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t siz
     const double base = static_cast<double>(height) - 14;
     return png_of(canvas.picture(), {{14, base,
                                       "theta_in " + in_words(theta_in) + " degrees, f_r to " +
-                                          in_words(most) + " 1/sr; grey: not measured"}});
+                                          in_words(most) + " 1/sr; dark: not measured"}});
 }
 
 std::string sphere_view(const LobeTables& tables, std::size_t size, Resampler& resampler) {

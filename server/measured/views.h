@@ -9,7 +9,7 @@ namespace kiln::measured {
 
 /// The reflection lobe under light at theta_in degrees (Cezner 2024, figure 4a): a surface whose
 /// distance from the origin is f_r in each direction, the peak scaled to 1, in the material's
-/// colour, grey where nothing was measured. The light comes from the left. A PNG of `size` by
+/// colour, dark where nothing was measured. The light comes from the left. A PNG of `size` by
 /// 3/4 `size` pixels.
 std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t size,
                       Resampler& resampler);

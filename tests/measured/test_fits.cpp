@@ -97,7 +97,7 @@ TEST(Views, ALambertianLobeIsHalfASphere) {
     const Image image{decode(lobe_view(tables, 40, 400, resampler))};
     ASSERT_EQ(image.decoded.table.width, 400u);
     ASSERT_EQ(image.decoded.table.height, 300u);
-    const double x = 200, y = 216, radius = 0.43 * 400;
+    const double x = 200, y = 0.69 * 300, radius = 0.43 * 400;
     // Above the origin, away from the rays: the half sphere's red, then paper.
     for (const double turn : {60.0, 75.0, 100.0, 120.0}) {
         const double c = std::cos(turn * kDegree), s = std::sin(turn * kDegree);
