@@ -98,12 +98,13 @@ Colour tint_of(const Sampled& found) {
 }
 
 /// Puts every direction at its distance and shades the surface by its normal.
-void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most) {
+void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, bool root) {
     const Colour tint = tint_of(found);
     const Colour guessed = {0.26, 0.27, 0.34};
     for (std::size_t n = 0; n < mesh.out.size(); ++n) {
         const double f = (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3;
-        mesh.place.push_back((std::max(0.0, f) / most) * mesh.out[n]);
+        const double length = std::max(0.0, f) / most;
+        mesh.place.push_back((root ? std::cbrt(length) : length) * mesh.out[n]);
     }
     const Vec lamp = unit(camera.towards + 0.9 * camera.up - 0.7 * camera.right);
     mesh.colour.resize(mesh.out.size());
@@ -210,15 +211,22 @@ std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t siz
     camera.y = 0.69 * static_cast<double>(height);
     Canvas canvas(size, height, kPaper);
     draw_ground(canvas, camera);
-    shape(mesh, found, camera, most);
+    // A mirror-like peak would leave nothing but a needle to see.
+    constexpr double kNeedle = 20;
+    const Material::Albedo e = resampler.albedos(tables, std::array{theta_in}).front();
+    const double mean = (e.value[0] + e.value[1] + e.value[2]) / 3 / std::numbers::pi;
+    const bool root = most > kNeedle * mean;
+    shape(mesh, found, camera, most, root);
     draw_mesh(canvas, camera, mesh);
     draw_ray(canvas, camera, 1.02 * direction(theta_in, 0), kLight, true);
     draw_ray(canvas, camera, 1.02 * direction(theta_in, 180), kMirror, false);
     draw_ray(canvas, camera, 1.02 * direction(0, 0), kGrid, false);
     const double base = static_cast<double>(height) - 14;
-    return png_of(canvas.picture(), {{14, base,
-                                      "theta_in " + in_words(theta_in) + " degrees, f_r to " +
-                                          in_words(most) + " 1/sr; dark: not measured"}});
+    return png_of(
+        canvas.picture(),
+        {{14, base,
+          "theta_in " + in_words(theta_in) + " degrees, f_r to " + in_words(most) + " 1/sr" +
+              (root ? ", drawn as its cube root" : "") + "; dark: not measured"}});
 }
 
 std::string sphere_view(const LobeTables& tables, std::size_t size, Resampler& resampler) {

@@ -8,9 +8,9 @@
 namespace kiln::measured {
 
 /// The reflection lobe under light at theta_in degrees (Cezner 2024, figure 4a): a surface whose
-/// distance from the origin is f_r in each direction, the peak scaled to 1, in the material's
-/// colour, dark where nothing was measured. The light comes from the left. A PNG of `size` by
-/// 3/4 `size` pixels.
+/// distance from the origin is f_r in each direction (its cube root where the peak is more than 20
+/// times the mean), the peak scaled to 1, in the material's colour, dark where nothing was
+/// measured. The light comes from the left. A PNG of `size` by 3/4 `size` pixels.
 std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t size,
                       Resampler& resampler);
 
