@@ -20,6 +20,7 @@ struct Arguments {
     AdviseOptions advise;
     SceneOptions scene;
     SliceOptions slices;
+    ViewOptions view;
     ServerOptions server;
     std::vector<std::string> files;
     std::string file, other_file, id, state, progress = "auto";

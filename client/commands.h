@@ -70,6 +70,14 @@ struct SliceOptions {
     bool json = false;
 };
 
+struct ViewOptions {
+    std::string file, output;  ///< output: .png
+    double theta_in = 30;      ///< degrees
+    std::size_t size = 640;    ///< pixels along the picture
+    bool sphere = false;       ///< a lit sphere in place of the lobe
+    measured::Extrapolation extrapolation;
+};
+
 // Each command writes its data to standard output and everything else to standard error, and
 // returns its exit status or throws Failure, or what the rooms below throw.
 Exit bake(const BakeOptions& options);
@@ -94,6 +102,10 @@ Exit measure_info(const std::string& path, bool json);
 Exit measure_upload(const ServerOptions& options, const std::vector<std::string>& files);
 /// Measured files into an image of slices; of several, an atlas.
 Exit measure_slices(const SliceOptions& options);
+/// A measured file's reflection lobe, or a sphere of its material, as a picture.
+Exit measure_view(const ViewOptions& options);
+/// Analytic models fitted to a measured file, with what they miss.
+Exit measure_fit(const std::string& path, bool json);
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);
 /// `id` may be the start of an id that fits one job alone.
 Exit cancel(const ServerOptions& options, const std::string& id);

@@ -82,8 +82,7 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
     });
 
     CLI::App& cancel_command = *app.add_subcommand("cancel", "Cancel a server's job");
-    cancel_command
-        .add_option("id", arguments.id, "job id, or its first 8 digits or more")
+    cancel_command.add_option("id", arguments.id, "job id, or its first 8 digits or more")
         ->required()
         ->type_name("ID");
     add_server(cancel_command, arguments.server.server);
@@ -150,6 +149,22 @@ void add_upload(CLI::App& measure, Arguments& arguments) {
     });
 }
 
+void add_view(CLI::App& measure, Arguments& arguments) {
+    CLI::App& command = *measure.add_subcommand(
+        "view", "Draw a measured file's reflection lobe, or a sphere of its material");
+    ViewOptions& options = arguments.view;
+    command.add_option("file", options.file)->required()->type_name("FILE");
+    command.add_option("-o,--output", options.output, "a .png")->required()->type_name("FILE");
+    command.add_option("--theta-in", options.theta_in, "of the lobe's light, degrees; else 30")
+        ->check(CLI::Range(0.0, 89.0).description(""));
+    command.add_option("--size", options.size, "pixels along the picture; else 640")
+        ->check(CLI::Range(64, 2048).description(""));
+    command.add_flag("--sphere", options.sphere, "a lit sphere in place of the lobe");
+    command.footer("Example:\n  kiln measure view paint.bsdf --theta-in 30 -o lobe.png");
+    command.callback(
+        [&arguments, &options] { arguments.run = [&options] { return measure_view(options); }; });
+}
+
 void add_measure(CLI::App& app, Arguments& arguments) {
     CLI::App& measure = *app.add_subcommand("measure", "Measured reflectance");
     measure.require_subcommand(1);
@@ -162,8 +177,19 @@ void add_measure(CLI::App& app, Arguments& arguments) {
     info_command.callback([&arguments] {
         arguments.run = [&] { return measure_info(arguments.file, arguments.json); };
     });
+    CLI::App& fit_command =
+        *measure.add_subcommand("fit", "Fit analytic models to a measured file, and say the error");
+    fit_command.add_option("file", arguments.file, "- for standard input")
+        ->required()
+        ->type_name("FILE");
+    add_json(fit_command, arguments);
+    fit_command.footer("Example:\n  kiln measure fit paint.bsdf");
+    fit_command.callback([&arguments] {
+        arguments.run = [&] { return measure_fit(arguments.file, arguments.json); };
+    });
     add_slices(measure, arguments);
     add_upload(measure, arguments);
+    add_view(measure, arguments);
 }
 
 /// The library would say that a command is missing, and of a wrong one no word.

@@ -35,6 +35,16 @@ typedef KILN_JOIN(float, KILN_LANES) real;
 KILN_FUNCTION real lane_sqrt(real x) { return sqrt(x); }
 KILN_FUNCTION real lane_fma(real a, real b, real c) { return fma(a, b, c); }
 KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
+KILN_FUNCTION real lane_gather(__global const scalar* table, real index) {
+#if KILN_LANES == 1
+    return table[(int)index];
+#else
+    real value;
+    for (int lane = 0; lane < KILN_LANES; ++lane)
+        ((scalar*)&value)[lane] = table[(int)((scalar*)&index)[lane]];
+    return value;
+#endif
+}
 #if KILN_DOUBLE && KILN_LANES == 1
 #define KILN_AS_BITS(x) as_long(x)
 #define KILN_AS_REAL(x) as_double(x)
@@ -62,6 +72,16 @@ KILN_FUNCTION real lanes(scalar x) { return (real)(x); }
 #define lane_select(condition, a, b) ((condition) ? (a) : (b))
 #endif
 KILN_FUNCTION real lanes(scalar x) { return x - real{}; }
+// table[index] a lane; the index is a whole number.
+KILN_FUNCTION real lane_gather(const scalar* table, real index) {
+#if KILN_LANES == 1
+    return table[(int)index];
+#else
+    real value = index;
+    for (int lane = 0; lane < KILN_LANES; ++lane) value[lane] = table[(int)index[lane]];
+    return value;
+#endif
+}
 
 #endif
 

@@ -9,7 +9,7 @@
 //   batches     first point, point count: batch_count pairs
 //   sums        [batch][term that is asked for][texel_stride]
 
-#ifndef KILN_QUADRATURE
+#if !defined(KILN_QUADRATURE) && !defined(KILN_MEASURED)
 __kernel void tables(__global const scalar* texels, __global const scalar* points,
                      __global const scalar* parameters, __global const uint* batches,
                      const uint batch_count, const uint texel_stride, __global scalar* sums) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <variant>
 
+#include "server/compute/measured_launch.h"
 #include "server/compute/points.h"
 #include "server/compute/quadrature_launch.h"
 #include "server/compute/terms.h"
@@ -30,8 +31,8 @@ struct Specialisation {
     auto operator<=>(const Specialisation&) const = default;
 };
 
-/// Either kind of kernel: what an OpenCL program is built for.
-using KernelKind = std::variant<Specialisation, QuadratureKind>;
+/// Any kind of kernel: what an OpenCL program is built for.
+using KernelKind = std::variant<Specialisation, QuadratureKind, MeasuredKind>;
 
 /// Texel strides are multiples of this many lanes, the widest of all backends.
 inline constexpr std::size_t kLanesMax = 16;
@@ -61,6 +62,8 @@ class Backend {
     virtual void run(const Launch<double>& launch) = 0;
     virtual void run(const QuadratureLaunch<float>& launch) = 0;
     virtual void run(const QuadratureLaunch<double>& launch) = 0;
+    virtual void run(const MeasuredLaunch<float>& launch) = 0;
+    virtual void run(const MeasuredLaunch<double>& launch) = 0;
 };
 
 }  // namespace kiln

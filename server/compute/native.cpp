@@ -53,6 +53,18 @@ class NativeBackend : public Backend {
                        kernels_.find_quadrature_double(static_cast<int>(launch.what.masking),
                                                        launch.what.fresnel));
     }
+    void run(const MeasuredLaunch<float>& launch) override {
+        run_measured(launch, kernels_.float_lanes,
+                     launch.what.operation == MeasuredOperation::values
+                         ? kernels_.measured_values_float
+                         : kernels_.measured_albedos_float);
+    }
+    void run(const MeasuredLaunch<double>& launch) override {
+        run_measured(launch, kernels_.double_lanes,
+                     launch.what.operation == MeasuredOperation::values
+                         ? kernels_.measured_values_double
+                         : kernels_.measured_albedos_double);
+    }
 
   private:
     /// Calls body(first lane) for each lane group of a launch, on all threads.
@@ -74,6 +86,17 @@ class NativeBackend : public Backend {
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
                       launch.parameters.data(), launch.what.fresnel, launch.order.elevation,
                       launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
+        });
+    }
+
+    template <typename Scalar>
+    void run_measured(const MeasuredLaunch<Scalar>& launch, int lanes,
+                      NativeMeasured<Scalar> function) {
+        each_group(launch.stride, lanes, [&](std::size_t first) {
+            function({launch.nodes.data(), launch.curves.data(), launch.shape,
+                      launch.places.data() + first, launch.points.data(), launch.batches.data(),
+                      static_cast<unsigned>(launch.batches.size()), launch.stride,
+                      launch.values.data() + first});
         });
     }
 

@@ -53,6 +53,30 @@ struct NativeQuadratureGroup {
 template <typename Scalar>
 using NativeQuadrature = void (*)(const NativeQuadratureGroup<Scalar>&);
 
+/// Sizes and ways of a measured material's regular form, mirrored by Measured of
+/// kernels/measured.h.
+struct MeasuredShape {
+    unsigned lobes = 0, rings = 0, spokes = 0;
+    unsigned reciprocal_beyond = 0, symmetric = 0;
+};
+
+/// One lane group of a MeasuredLaunch, see measured_launch.h; pointers already stand at the group.
+template <typename Scalar>
+struct NativeMeasuredGroup {
+    const Scalar* nodes;
+    const Scalar* curves;
+    MeasuredShape shape;
+    const Scalar* places;
+    const Scalar* points;
+    const BatchRange* batches;
+    unsigned batch_count;
+    unsigned long stride;
+    Scalar* values;
+};
+
+template <typename Scalar>
+using NativeMeasured = void (*)(const NativeMeasuredGroup<Scalar>&);
+
 /// The functions of one instruction set.
 struct NativeKernels {
     int float_lanes, double_lanes;
@@ -60,6 +84,8 @@ struct NativeKernels {
     NativeFunction<double> (*find_double)(const KernelMaterial&);
     NativeQuadrature<float> (*find_quadrature_float)(int masking, int fresnel);
     NativeQuadrature<double> (*find_quadrature_double)(int masking, int fresnel);
+    NativeMeasured<float> measured_values_float, measured_albedos_float;
+    NativeMeasured<double> measured_values_double, measured_albedos_double;
 };
 
 extern const NativeKernels kNativeV2, kNativeV3, kNativeV4;

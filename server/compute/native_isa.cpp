@@ -66,6 +66,7 @@ __attribute__((always_inline)) inline Register register_fma(Register a, Register
 #define KILN_DOUBLE 0
 #define KILN_LANES (KILN_REGISTER_BYTES / 4)
 #include "server/compute/native_kernels.h"
+#include "server/compute/native_measured.h"
 #include "server/compute/native_quadrature.h"
 #undef KILN_DOUBLE
 #undef KILN_LANES
@@ -84,6 +85,7 @@ __attribute__((always_inline)) inline Register register_fma(Register a, Register
 #define KILN_DOUBLE 1
 #define KILN_LANES (KILN_REGISTER_BYTES / 8)
 #include "server/compute/native_kernels.h"
+#include "server/compute/native_measured.h"
 #include "server/compute/native_quadrature.h"
 #undef KILN_DOUBLE
 #undef KILN_LANES
@@ -92,8 +94,15 @@ __attribute__((always_inline)) inline Register register_fma(Register a, Register
 }  // namespace
 
 extern const NativeKernels KILN_ISA;
-const NativeKernels KILN_ISA = {
-    KILN_REGISTER_BYTES / 4, KILN_REGISTER_BYTES / 8,   in_float::find,
-    in_double::find,         in_float::find_quadrature, in_double::find_quadrature};
+const NativeKernels KILN_ISA = {KILN_REGISTER_BYTES / 4,
+                                KILN_REGISTER_BYTES / 8,
+                                in_float::find,
+                                in_double::find,
+                                in_float::find_quadrature,
+                                in_double::find_quadrature,
+                                in_float::measured_values,
+                                in_float::measured_albedos,
+                                in_double::measured_values,
+                                in_double::measured_albedos};
 
 }  // namespace kiln

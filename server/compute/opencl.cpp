@@ -9,6 +9,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/kernel_digest.h"
+#include "server/compute/measured_trial.h"
 #include "server/compute/opencl_api.h"
 #include "server/compute/quadrature.h"
 
@@ -62,6 +63,11 @@ Definitions definitions_of(const QuadratureKind& what) {
     return {{"KILN_QUADRATURE", 1},
             {"KILN_MASKING", static_cast<int>(what.masking)},
             {"KILN_FRESNEL", what.fresnel}};
+}
+
+const char* entry_of(const MeasuredKind&) { return "measured_table"; }
+Definitions definitions_of(const MeasuredKind& what) {
+    return {{"KILN_MEASURED", static_cast<int>(what.operation)}};
 }
 
 /// Texels of the trial launches: an even grid of NoV and roughness.
@@ -202,6 +208,34 @@ struct OpenClBackend::State {
                  {sizeof(stride), &stride}});
     }
 
+    template <typename Scalar>
+    void launch(const Built& program, const MeasuredLaunch<Scalar>& launch, Room& room) const {
+        const Scalar none[4] = {};  // a buffer has at least a byte
+        const BatchRange no_batch[1] = {};
+        const auto points = launch.points.empty() ? std::span<const Scalar>(none) : launch.points;
+        const auto ranges =
+            launch.batches.empty() ? std::span<const BatchRange>(no_batch) : launch.batches;
+        const cl::Buffer nodes = copy(launch.nodes), curves = copy(launch.curves),
+                         places = copy(launch.places), rule = copy(points), batches = copy(ranges);
+        const auto batch_count = static_cast<cl_uint>(launch.batches.size());
+        const auto stride = static_cast<cl_uint>(launch.stride);
+        const MeasuredShape& shape = launch.shape;
+        static_assert(sizeof(unsigned) == sizeof(cl_uint));
+        enqueue(program, launch.stride / lanes(launch.what.precision), launch.values, room,
+                {{sizeof(cl_mem), nodes.address()},
+                 {sizeof(cl_mem), curves.address()},
+                 {sizeof(cl_uint), &shape.lobes},
+                 {sizeof(cl_uint), &shape.rings},
+                 {sizeof(cl_uint), &shape.spokes},
+                 {sizeof(cl_uint), &shape.reciprocal_beyond},
+                 {sizeof(cl_uint), &shape.symmetric},
+                 {sizeof(cl_mem), places.address()},
+                 {sizeof(cl_mem), rule.address()},
+                 {sizeof(cl_mem), batches.address()},
+                 {sizeof(batch_count), &batch_count},
+                 {sizeof(stride), &stride}});
+    }
+
     /// A launch small enough to be free and wide enough to show a contraction or a rounding of its
     /// own: a device whose sums equal the oracle's bits belongs to its numerics class.
     template <typename Scalar>
@@ -239,6 +273,18 @@ struct OpenClBackend::State {
         trial.values = wanted;
         oracle.run(trial);
         return std::memcmp(mine.data(), wanted.data(), mine.size() * sizeof(Scalar)) == 0;
+    }
+
+    template <typename Scalar>
+    bool equals_oracle(const Built& program, const MeasuredKind& what) const {
+        MeasuredTrial<Scalar> trial(what.operation);
+        std::vector<Scalar> wanted(trial.values.size());
+        Room room;
+        MeasuredLaunch<Scalar> mine = trial.launch(what);
+        launch(program, mine, room);
+        mine.values = wanted;
+        oracle.run(mine);
+        return std::memcmp(trial.values.data(), wanted.data(), wanted.size() * sizeof(Scalar)) == 0;
     }
 
     template <typename What>
@@ -282,6 +328,12 @@ void OpenClBackend::run(const QuadratureLaunch<float>& launch) {
     state_->launch(state_->find(launch.what), launch, state_->sums);
 }
 void OpenClBackend::run(const QuadratureLaunch<double>& launch) {
+    state_->launch(state_->find(launch.what), launch, state_->sums);
+}
+void OpenClBackend::run(const MeasuredLaunch<float>& launch) {
+    state_->launch(state_->find(launch.what), launch, state_->sums);
+}
+void OpenClBackend::run(const MeasuredLaunch<double>& launch) {
     state_->launch(state_->find(launch.what), launch, state_->sums);
 }
 

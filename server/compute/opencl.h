@@ -31,6 +31,8 @@ class OpenClBackend : public Backend {
     void run(const Launch<double>& launch) override;
     void run(const QuadratureLaunch<float>& launch) override;
     void run(const QuadratureLaunch<double>& launch) override;
+    void run(const MeasuredLaunch<float>& launch) override;
+    void run(const MeasuredLaunch<double>& launch) override;
 
     std::string name() const;
     /// kStrictNumerics, or a class of the device's own where the trial launch differed in a bit.

@@ -42,4 +42,12 @@ inline Vec about_mirror(double theta_i, double phi_i, double radial, double azim
            (s * std::sin(azimuth * kDegree)) * side;
 }
 
+/// From the frame about the mirror direction of light at theta_in to that of the surface, equation
+/// 15 of Cezner 2024: rows (-c, 0, -s), (0, -1, 0), (-s, 0, c). It is its own inverse.
+inline Vec from_mirror(double theta_in, Vec d) {
+    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
+    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};
+}
+inline Vec to_mirror(double theta_in, Vec v) { return from_mirror(theta_in, v); }
+
 }  // namespace kiln::measured

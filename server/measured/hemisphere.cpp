@@ -86,6 +86,35 @@ double Hemisphere::coverage() const {
     return area / std::numbers::pi;
 }
 
+Hemisphere::Spacing Hemisphere::spacing() const {
+    std::vector<double> roots, turns;
+    for (const std::uint32_t t : inner_) {
+        std::array<double, 3> root{}, turn{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto p = mesh_->position(mesh_->triangle(t).node[k]);
+            const double z = std::sqrt(std::max(0.0, 1 - p.x * p.x - p.y * p.y));
+            const Vec d = to_mirror(theta_i_, {p.x, p.y, z});
+            root[k] = std::sqrt(std::sin(theta_of(d) * kDegree / 2));
+            // Relative to the first corner, so that no seam runs through the triangle.
+            turn[k] = k == 0 ? phi_of(d) : std::remainder(phi_of(d) - turn[0], 360.0);
+        }
+        turn[0] = 0;
+        const auto width = [](const std::array<double, 3>& list) {
+            const auto [low, high] = std::minmax_element(list.begin(), list.end());
+            return *high - *low;
+        };
+        roots.push_back(width(root));
+        turns.push_back(width(turn) / 360);
+    }
+    const auto quartile = [](std::vector<double>& list) {
+        const auto at = list.begin() + static_cast<std::ptrdiff_t>(list.size() / 4);
+        std::nth_element(list.begin(), at, list.end());
+        return *at;
+    };
+    if (roots.empty()) return {};
+    return {quartile(roots), quartile(turns)};
+}
+
 ReciprocityError reciprocity_error(const std::vector<Hemisphere>& incidences) {
     std::vector<double> differences;
     for (std::size_t a = 0; a < incidences.size(); ++a)

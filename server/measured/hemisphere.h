@@ -35,6 +35,19 @@ class Hemisphere {
     std::vector<double> albedo() const;
     /// Share of the hemisphere, by projected solid angle, within the hull.
     double coverage() const;
+    /// Lower quartiles of how wide the triangles are about the mirror direction: in the root of
+    /// sin(theta_d / 2), and in turns of phi_d.
+    struct Spacing {
+        double root = 0, turn = 0;
+    };
+    Spacing spacing() const;
+    /// Points apart from each other are left out with their neighbours and predicted from the rest;
+    /// `round` picks others. Sums over them by the area that they stand for, of the channels' sum:
+    /// |prediction - value|, |value|.
+    struct Prediction {
+        double off = 0, all = 0;
+    };
+    Prediction leave_regions_out(std::uint64_t round) const;
     std::size_t node_count() const { return node_values_.size() / channels_; }
 
   private:

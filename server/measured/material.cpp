@@ -7,6 +7,7 @@
 
 #include "server/base/error.h"
 #include "server/measured/bounds.h"
+#include "server/measured/resample.h"
 
 namespace kiln::measured {
 namespace {
@@ -25,6 +26,12 @@ std::vector<double> reach_of(const Hemisphere& hemisphere) {
             if (hemisphere.value(direction(theta, azimuth), hint, values.data(), origin))
                 most = theta;
         }
+        for (double step = 90.0 / kSteps / 2; step > 0.005 && most < 90; step /= 2) {
+            Origin origin{};
+            const Vec out = direction(std::min(90.0, most + step), azimuth);
+            if (hemisphere.value(out, hint, values.data(), origin))
+                most = std::min(90.0, most + step);
+        }
         reach.push_back(most);
     }
     return reach;
@@ -35,17 +42,6 @@ double between_degrees(const std::vector<double>& list, double azimuth) {
     const auto low = static_cast<std::size_t>(at);
     const double share = at - std::floor(at);
     return (1 - share) * list[low % 360] + share * list[(low + 1) % 360];
-}
-
-/// Rows (-c, 0, -s), (0, -1, 0), (-s, 0, c), equation 15 of Cezner 2024: its own inverse's
-/// transpose, from the frame of the mirror direction to that of the surface.
-Vec from_mirror(double theta_in, Vec d) {
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};
-}
-Vec to_mirror(double theta_in, Vec v) {
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    return {-c * v.x - s * v.z, -v.y, -s * v.x + c * v.z};
 }
 
 std::size_t nearest_wavelength(const std::vector<std::string>& channels, double wanted) {
@@ -126,32 +122,38 @@ Colour Material::to_rgb(const double* values) const {
             0.0557 * c[0] - 0.2040 * c[1] + 1.0570 * c[2]};
 }
 
-Colour Material::lobe_value(const Lobe& lobe, Vec out, Origin& origin) const {
+double Material::edge(std::size_t lobe, double azimuth) const {
+    return between_degrees(lobes_[lobe].reach, azimuth);
+}
+
+Colour Material::edge_value(std::size_t lobe, Vec out, std::uint32_t& hint, Origin& origin) const {
+    const Lobe& one = lobes_[lobe];
     std::array<double, kChannelsMax> values;
-    std::uint32_t hint = Triangulation::kNone;
-    if (out.z >= 0 && lobe.hemisphere.value(out, hint, values.data(), origin))
+    if (out.z >= 0 && one.hemisphere.value(out, hint, values.data(), origin))
         return to_rgb(values.data());
     const double theta = std::min(theta_of(out), 90.0), phi = phi_of(out);
-    const double edge = between_degrees(lobe.reach, phi);
+    const double last = edge(lobe, phi);
+    // A hair inside, for the edge between two azimuths is no straight line.
+    for (double back = 0; back <= 4; back += back < 0.2 ? 0.02 : 0.25)
+        if (one.hemisphere.value(direction(std::max(0.0, std::min(theta, last) - back), phi), hint,
+                                 values.data(), origin))
+            return to_rgb(values.data());
+    // An azimuth that nothing was measured at: the same angle across the plane.
+    const double other = std::max(0.0, std::min(theta, edge(lobe, -phi)) - 0.02);
+    if (!one.hemisphere.value(direction(other, -phi), hint, values.data(), origin)) return {};
     origin = Origin::kExtrapolated;
-    // A hair inside, for the edge is found in steps of half a degree and is no circle.
-    bool found = false;
-    for (double back = 0; back <= 4 && !found; back += 0.25) {
-        Origin ignored{};
-        found = lobe.hemisphere.value(direction(std::max(0.0, std::min(theta, edge) - back), phi),
-                                      hint, values.data(), ignored);
-    }
-    if (!found) {  // an azimuth that nothing was measured at: the same angle across the plane
-        const double other = between_degrees(lobe.reach, -phi);
-        Origin ignored{};
-        found = lobe.hemisphere.value(direction(std::max(0.0, std::min(theta, other) - 0.5), -phi),
-                                      hint, values.data(), ignored);
-    }
-    if (!found) return {0, 0, 0};
-    const double width = 90 - edge;
-    const double place = width > 0 ? std::clamp((theta - edge) / width, 0.0, 1.0) : 1.0;
+    return to_rgb(values.data());
+}
+
+Colour Material::lobe_value(std::size_t lobe, Vec out, Origin& origin) const {
+    std::uint32_t hint = Triangulation::kNone;
+    Colour c = edge_value(lobe, out, hint, origin);
+    const double theta = std::min(theta_of(out), 90.0), last = edge(lobe, phi_of(out));
+    if (theta <= last + 1e-5 / kDegree) return c;
+    origin = Origin::kExtrapolated;
+    const double width = 90 - last;
+    const double place = width > 0 ? std::clamp((theta - last) / width, 0.0, 1.0) : 1.0;
     const double a = bezier(place, extrapolation_.l);
-    Colour c = to_rgb(values.data());
     for (double& v : c) v *= (1 - a) + a * extrapolation_.p;
     return c;
 }
@@ -160,19 +162,20 @@ Colour Material::aligned_value(double theta_in, Vec out, Origin& origin) const {
     const Vec about = to_mirror(theta_in, out);
     const auto above = std::upper_bound(lobes_.begin(), lobes_.end(), theta_in,
                                         [](double t, const Lobe& l) { return t < l.theta_i; });
-    const auto at = [&](const Lobe& lobe, Origin& from) {
-        return lobe_value(lobe, from_mirror(lobe.theta_i, about), from);
+    const auto at = [&](std::size_t lobe, Origin& from) {
+        return lobe_value(lobe, from_mirror(lobes_[lobe].theta_i, about), from);
     };
-    if (above == lobes_.begin()) return at(lobes_.front(), origin);
-    const Lobe& low = *(above - 1);
-    if (above == lobes_.end() || low.theta_i == theta_in) {
+    if (above == lobes_.begin()) return at(0, origin);
+    const auto low = static_cast<std::size_t>(above - lobes_.begin()) - 1;
+    const double from = lobes_[low].theta_i;
+    if (above == lobes_.end() || from == theta_in) {
         const Colour c = at(low, origin);
-        if (theta_in > low.theta_i) origin = Origin::kExtrapolated;
+        if (theta_in > from) origin = Origin::kExtrapolated;
         return c;
     }
     Origin first{}, second{};
-    const Colour a = at(low, first), b = at(*above, second);
-    const double share = (theta_in - low.theta_i) / (above->theta_i - low.theta_i);
+    const Colour a = at(low, first), b = at(low + 1, second);
+    const double share = (theta_in - from) / (above->theta_i - from);
     origin = std::max({first, second, Origin::kInterpolated});
     Colour c{};
     for (std::size_t k = 0; k < 3; ++k) c[k] = (1 - share) * a[k] + share * b[k];
@@ -239,42 +242,11 @@ Colour Material::value(double theta_in, Vec out, Origin& origin) const {
 }
 
 Material::Albedo Material::albedo(double theta_in) const {
-    // Rings about the mirror direction, dense at its peak: radial = 180 (i / n)^2 degrees.
-    constexpr int kRings = 160, kSpokes = 144;
-    Albedo sum;
-    double beyond = 0;
-    for (int ring = 0; ring < kRings; ++ring) {
-        const double u = (ring + 0.5) / kRings;
-        const double radial = std::numbers::pi * u * u;
-        const double width = std::numbers::pi * 2 * u / kRings;
-        for (int spoke = 0; spoke < kSpokes; ++spoke) {
-            const double azimuth = 360.0 * (spoke + 0.5) / kSpokes;
-            const Vec out = from_mirror(theta_in, direction(radial / kDegree, azimuth));
-            if (out.z <= 0) continue;
-            Origin origin{};
-            const Colour f = value(theta_in, out, origin);
-            const double weight = std::sin(radial) * width * 2 * std::numbers::pi / kSpokes * out.z;
-            for (std::size_t k = 0; k < 3; ++k) sum.value[k] += weight * std::max(0.0, f[k]);
-            if (origin == Origin::kExtrapolated) beyond += weight * std::max(0.0, f[1]);
-        }
-    }
-    sum.extrapolated = sum.value[1] > 0 ? beyond / sum.value[1] : 0;
-    return sum;
+    return Resampler().albedos(make_lobe_tables(*this), std::array{theta_in}).front();
 }
 
 Material::Albedo Material::average_albedo() const {
-    // Midpoints in mu^2, in which 2 mu d mu is uniform.
-    constexpr int kAngles = 24;
-    Albedo mean;
-    double beyond = 0;
-    for (int n = 0; n < kAngles; ++n) {
-        const double mu = std::sqrt((n + 0.5) / kAngles);
-        const Albedo one = albedo(std::acos(mu) / kDegree);
-        for (std::size_t k = 0; k < 3; ++k) mean.value[k] += one.value[k] / kAngles;
-        beyond += one.extrapolated * one.value[1] / kAngles;
-    }
-    mean.extrapolated = mean.value[1] > 0 ? beyond / mean.value[1] : 0;
-    return mean;
+    return Resampler().average_albedo(make_lobe_tables(*this));
 }
 
 }  // namespace kiln::measured

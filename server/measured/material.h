@@ -31,6 +31,20 @@ class Material {
     /// value at the horizon under the same azimuth, so that tables can be interpolated across it.
     Colour value(double theta_in, Vec out, Origin& origin) const;
 
+    /// One measured incidence: its own values, and beyond its edge and below the horizon the one at
+    /// the edge under the same azimuth; origin is kExtrapolated there where no measurement is near.
+    Colour edge_value(std::size_t lobe, Vec out, std::uint32_t& hint, Origin& origin) const;
+    /// Largest measured theta_o at an azimuth, degrees.
+    double edge(std::size_t lobe, double azimuth) const;
+    /// Factor of the last lobe at theta_in beyond it.
+    double level(double theta_in) const;
+    bool goes_on_by_reciprocity() const { return !levels_.empty(); }
+    const Extrapolation& extrapolation() const { return extrapolation_; }
+    std::size_t lobe_count() const { return lobes_.size(); }
+    const Hemisphere& hemisphere(std::size_t lobe) const { return lobes_[lobe].hemisphere; }
+    /// One incidence with the tail beyond its edge.
+    Colour lobe_value(std::size_t lobe, Vec out, Origin& origin) const;
+
     std::vector<double> theta_in() const;  ///< of the measured incidences, degrees
     double theta_in_max() const { return lobes_.back().theta_i; }
 
@@ -38,7 +52,8 @@ class Material {
         Colour value{};
         double extrapolated = 0;  ///< share of the green (or only) channel
     };
-    /// Directional albedo: integral of max(0, f) cos(theta_o) over the whole hemisphere.
+    /// Directional albedo: integral of max(0, f) cos(theta_o) over the whole hemisphere, from the
+    /// regular form in the native kernels. For many angles a Resampler is faster.
     Albedo albedo(double theta_in) const;
     /// 2 * integral of E(mu) mu d mu, the cosine-weighted mean of directional albedos.
     Albedo average_albedo() const;
@@ -49,12 +64,10 @@ class Material {
         Hemisphere hemisphere;
         std::vector<double> reach;  ///< theta_o in degrees, one a degree of azimuth
     };
-    Colour lobe_value(const Lobe& lobe, Vec out, Origin& origin) const;
     /// Between measured incidences, or clamped to the last.
     Colour aligned_value(double theta_in, Vec out, Origin& origin) const;
     Colour beyond_value(double theta_in, Vec out, Origin& origin) const;
     void find_levels();
-    double level(double theta_in) const;
     Colour to_rgb(const double* values) const;
 
     Extrapolation extrapolation_;

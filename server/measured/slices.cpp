@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/base/error.h"
+#include "server/measured/resample.h"
 #include "server/spec/slice_grid.h"
 
 namespace kiln::measured {
@@ -13,43 +14,47 @@ namespace {
 constexpr float kBelowHorizon = 3;
 
 /// One slice of one material with its gutter.
-void fill_cell(const SliceLayout& layout, const Material& material, double theta_in,
-               SlicePlan::Place at, SliceTable& made, SliceAccount& account,
-               std::array<std::size_t, 4>& origins, const std::function<void()>& between_rows) {
-    const auto gutter = static_cast<std::ptrdiff_t>(layout.gutter);
-    const auto width = static_cast<std::ptrdiff_t>(layout.width);
-    const auto height = static_cast<std::ptrdiff_t>(layout.height);
-    for (std::ptrdiff_t row = -gutter; row < height + gutter; ++row) {
-        between_rows();
-        for (std::ptrdiff_t column = -gutter; column < width + gutter; ++column) {
-            const Vec out =
-                view_of(layout, theta_in, static_cast<double>(column), static_cast<double>(row));
-            Origin origin{};
-            const Colour f = material.value(theta_in, out, origin);
-            const std::size_t n =
-                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.y) + row) *
-                    made.plan.width +
-                static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at.x) + column);
-            const bool inside = row >= 0 && row < height && column >= 0 && column < width;
-            for (std::size_t k = 0; k < 3; ++k) {
-                made.table.planes[k][n] = static_cast<float>(std::max(0.0, f[k]));
-                account.negative += inside && f[k] < 0;
+void fill_cell(const SliceLayout& layout, const LobeTables& tables, double theta_in,
+               SlicePlan::Place at, Resampler& resampler, SliceTable& made, SliceAccount& account,
+               std::array<std::size_t, 4>& origins) {
+    const auto gutter = static_cast<double>(layout.gutter);
+    const std::size_t width = made.plan.cell_width, height = made.plan.cell_height;
+    std::vector<Vec> out;
+    out.reserve(width * height);
+    for (std::size_t row = 0; row < height; ++row)
+        for (std::size_t column = 0; column < width; ++column)
+            out.push_back(view_of(layout, theta_in, static_cast<double>(column) - gutter,
+                                  static_cast<double>(row) - gutter));
+    const Sampled found = resampler.values(tables, theta_in, out);
+    const std::size_t first = (at.y - layout.gutter) * made.plan.width + at.x - layout.gutter;
+    for (std::size_t row = 0; row < height; ++row)
+        for (std::size_t column = 0; column < width; ++column) {
+            const std::size_t from = row * width + column;
+            const std::size_t to = first + row * made.plan.width + column;
+            const bool inside = row >= layout.gutter && row < height - layout.gutter &&
+                                column >= layout.gutter && column < width - layout.gutter;
+            std::size_t k = 0;
+            for (const std::vector<float>* plane : {&found.r, &found.g, &found.b}) {
+                made.table.planes[k++][to] = std::max(0.0f, (*plane)[from]);
+                account.negative += inside && (*plane)[from] < 0;
             }
-            made.table.planes[3][n] = out.z < 0 ? kBelowHorizon : static_cast<float>(origin);
-            if (inside) ++origins[out.z < 0 ? 3 : static_cast<std::size_t>(origin)];
+            const float origin = out[from].z < 0 ? kBelowHorizon : found.origin[from];
+            made.table.planes[3][to] = origin;
+            if (inside) ++origins[static_cast<std::size_t>(origin)];
         }
-    }
 }
 
-void fill_account(const SliceLayout& layout, const Material& material,
-                  const std::array<std::size_t, 4>& origins, SliceAccount& account) {
+void fill_account(const SliceLayout& layout, const Material& material, const LobeTables& tables,
+                  Resampler& resampler, const std::array<std::size_t, 4>& origins,
+                  SliceAccount& account) {
     const auto above = static_cast<double>(origins[0] + origins[1] + origins[2]);
     account.measured = static_cast<double>(origins[0]) / above;
     account.interpolated = static_cast<double>(origins[1]) / above;
     account.extrapolated = static_cast<double>(origins[2]) / above;
-    for (const double theta_in : layout.theta_in) {
-        account.albedo.push_back(material.albedo(theta_in));
-        const Colour& e = account.albedo.back().value;
+    account.albedo = resampler.albedos(tables, layout.theta_in);
+    for (std::size_t s = 0; s < layout.theta_in.size(); ++s) {
+        const double theta_in = layout.theta_in[s];
+        const Colour& e = account.albedo[s].value;
         if (*std::max_element(e.begin(), e.end()) > 1)
             account.warnings.push_back("the albedo at theta_in = " + in_words(theta_in) + " is " +
                                        in_words(*std::max_element(e.begin(), e.end())) +
@@ -59,7 +64,36 @@ void fill_account(const SliceLayout& layout, const Material& material,
                                        " lies beyond the last measured incidence, " +
                                        in_words(material.theta_in_max()));
     }
-    account.average = material.average_albedo();
+    account.average = resampler.average_albedo(tables);
+    account.physics = layout.conserve ? physics_of(tables, resampler) : account.measured_physics;
+}
+
+/// What a shader's linear interpolation among the texels of a slice misses, on the mean of slices:
+/// |difference| cos(theta_o) relative to f cos(theta_o), where f was measured.
+double table_error(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+                   const LobeTables& tables, Resampler& resampler) {
+    constexpr int kViews = 4096;
+    std::vector<Vec> views;
+    for (int n = 0; n < kViews; ++n) {  // the golden spiral on the disk of projected solid angle
+        const double r2 = (n + 0.5) / kViews, turn = 360 * 0.6180339887498949 * n;
+        views.push_back(direction(std::asin(std::sqrt(r2)) / kDegree, turn));
+    }
+    double error = 0;
+    for (const double theta_in : layout.theta_in) {
+        const Sampled found = resampler.values(tables, theta_in, views);
+        double off = 0, all = 0;
+        for (std::size_t n = 0; n < views.size(); ++n) {
+            if (found.origin[n] > 1.5f) continue;
+            const Colour c = look_up(layout, made, material, theta_in, views[n]);
+            const Colour f = {found.r[n], found.g[n], found.b[n]};
+            for (std::size_t k = 0; k < 3; ++k) {
+                off += std::abs(c[k] - std::max(0.0, f[k]));
+                all += std::max(0.0, f[k]);
+            }
+        }
+        error += (all > 0 ? off / all : 0) / static_cast<double>(layout.theta_in.size());
+    }
+    return error;
 }
 
 }  // namespace
@@ -69,8 +103,7 @@ Vec view_of(const SliceLayout& layout, double theta_in, double column, double ro
     const double theta =
         std::clamp(180.0 * row / static_cast<double>(layout.height - 1), 0.0, 180.0);
     const Vec d = direction(theta, phi);
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    return {-c * d.x - s * d.z, -d.y, -s * d.x + c * d.z};  // Cezner 2024, equation 15
+    return from_mirror(theta_in, d);
 }
 
 SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count) {
@@ -96,26 +129,31 @@ SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
 }
 
 SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,
-                       const std::function<void(double)>& tell) {
+                       const std::function<void(double)>& tell, Backend* backend) {
+    Resampler resampler(backend);
     SliceTable made;
     made.plan = plan_slices(layout, materials.size());
     made.table.width = made.plan.width;
     made.table.height = made.plan.height;
     made.table.channels = {"R", "G", "B", "origin"};
     made.table.planes.assign(4, std::vector<float>(made.plan.width * made.plan.height));
-    const std::size_t rows =
-        materials.size() * layout.theta_in.size() * (layout.height + 2 * layout.gutter);
-    std::size_t done = 0;
-    const auto between_rows = [&] {
-        tell(static_cast<double>(done++) / static_cast<double>(rows));
-    };
+    const auto count = static_cast<double>(materials.size());
+    // Integrals and the figures of the account take as long as a slice or two.
+    const auto slices = static_cast<double>(layout.theta_in.size() + 2);
     for (std::size_t m = 0; m < materials.size(); ++m) {
         SliceAccount account;
         std::array<std::size_t, 4> origins{};
-        for (std::size_t s = 0; s < layout.theta_in.size(); ++s)
-            fill_cell(layout, *materials[m], layout.theta_in[s], made.plan.place(layout, s, m),
-                      made, account, origins, between_rows);
-        fill_account(layout, *materials[m], origins, account);
+        LobeTables tables = make_lobe_tables(*materials[m]);
+        account.measured_physics = physics_of(tables, resampler);
+        if (layout.conserve) conserve(tables, resampler);
+        for (std::size_t s = 0; s < layout.theta_in.size(); ++s) {
+            tell((static_cast<double>(m) + static_cast<double>(s) / slices) / count);
+            fill_cell(layout, tables, layout.theta_in[s], made.plan.place(layout, s, m), resampler,
+                      made, account, origins);
+        }
+        fill_account(layout, *materials[m], tables, resampler, origins, account);
+        account.predicted = predict_error(*materials[m]);
+        account.predicted.table = table_error(layout, made, m, tables, resampler);
         made.accounts.push_back(std::move(account));
     }
     return made;
@@ -123,8 +161,7 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
 
 Colour look_up(const SliceLayout& layout, const SliceTable& made, std::size_t material,
                double theta_in, Vec out) {
-    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
-    const Vec d = {-c * out.x - s * out.z, -out.y, -s * out.x + c * out.z};
+    const Vec d = to_mirror(theta_in, out);
     const double x = wrapped_degrees(phi_of(d)) / 360 * static_cast<double>(layout.width - 1);
     const double y = theta_of(d) / 180 * static_cast<double>(layout.height - 1);
     const auto& angles = layout.theta_in;

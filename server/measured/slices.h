@@ -7,6 +7,8 @@
 #include "server/base/rgb9e5.h"
 #include "server/compute/table.h"
 #include "server/measured/material.h"
+#include "server/measured/physics.h"
+#include "server/measured/predicted_error.h"
 
 namespace kiln::measured {
 
@@ -18,6 +20,7 @@ struct SliceLayout {
     std::vector<double> theta_in{0, 20, 40, 60};  ///< degrees, rising
     std::size_t width = 361, height = 181;
     std::size_t gutter = 0;  ///< texels around each cell: phi_d goes on around, theta_d ends
+    bool conserve = false;   ///< make materials reciprocal and energy-conserving first (physics.h)
 };
 
 /// Where everything lies, in texels.
@@ -40,6 +43,9 @@ struct SliceAccount {
     std::size_t negative = 0;              ///< values that were raised to 0
     std::vector<Material::Albedo> albedo;  ///< one a theta_in
     Material::Albedo average;
+    Physics measured_physics;  ///< of the material as it was measured
+    Physics physics;           ///< of what the table holds: another one where it was conserved
+    PredictedError predicted;
     std::vector<std::string> warnings;
 };
 
@@ -48,10 +54,12 @@ struct SliceTable {
     Table table;  ///< channels R, G, B and origin (Origin's numbers, 3 below the horizon)
     std::vector<SliceAccount> accounts;  ///< one a material
 };
-/// `tell` hears the part that is done after each row of texels; what it throws ends the work.
+/// Resampled and integrated in the kernels of `backend`, which has built resampler_kernels() where
+/// it builds any; null: native, on all cores. `tell` hears the part that is done after each slice;
+/// what it throws ends the work.
 SliceTable make_slices(
     const SliceLayout& layout, const std::vector<const Material*>& materials,
-    const std::function<void(double fraction)>& tell = [](double) {});
+    const std::function<void(double fraction)>& tell = [](double) {}, Backend* backend = nullptr);
 
 /// What a shader has to know, as JSON text: sizes, angles, places, and the formulas with their half
 /// texels.

@@ -36,7 +36,7 @@ ARROWS = {
     "server/settings/": ["server/base/"],
     "server/spec/": ["server/base/"],
     "server/scene/": ["server/spec/", "server/base/"],
-    "server/measured/": ["server/spec/", "server/base/", "server/compute/table.h"],
+    "server/measured/": ["server/compute/", "server/spec/", "server/base/"],
     "server/store/": ["server/base/"],
     "server/compute/": ["kernels/", "server/spec/", "server/base/"],
     "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
@@ -83,7 +83,7 @@ HEAVY_HEADERS = {
     "valijson/*": ["tests/spec/test_oracle.cpp"],
     "CL/*": ["server/compute/opencl_api.h", "tests/compute/clfault.cpp"],
     "curl/*": ["client/http.cpp"],
-    "cairo*": ["server/study/charts.h", "server/study/draw.cpp"],
+    "cairo*": ["server/measured/canvas.cpp", "server/study/charts.h", "server/study/draw.cpp"],
     "sqlite3.h": ["server/store/sqlite.cpp", "tests/store/test_sqlite_job_store.cpp"],
     "pugixml.hpp": ["server/measured/lbnl_xml.cpp"],
     "openssl/*": ["server/base/sha256.cpp"],
@@ -104,6 +104,8 @@ KERNEL_TESTS = {
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
     "quadrature.h": ["tests/compute/test_quadrature.cpp"],
     "ray.h": ["tests/compute/test_quadrature.cpp"],
+    "lane_table.h": ["tests/kernels/test_measured.cpp"],
+    "measured_albedo.h": ["tests/measured/test_resample.cpp"],
 }
 
 PACKAGE_LISTS = ["deploy/apt-packages.txt", "deploy/apt-packages-test.txt",

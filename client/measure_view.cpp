@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// `measure view` and `measure fit`: a measured material as a picture and as parameters.
+#include <cstdio>
+
+#include "client/commands.h"
+#include "client/files.h"
+#include "client/terminal.h"
+#include "server/measured/bounds.h"
+#include "server/measured/fits.h"
+#include "server/measured/physics.h"
+#include "server/measured/predicted_error.h"
+#include "server/measured/views.h"
+
+namespace kiln::client {
+
+namespace {
+
+using namespace measured;
+
+Material material_of(const std::string& path, const Extrapolation& extrapolation) {
+    const std::string bytes = read_input(path, kFileBytesMax);
+    try {
+        Reading reading = read_measurement(bytes);
+        return Material(reading.components.front(), extrapolation, reading.understood);
+    } catch (const Error& error) {
+        throw Failure(Exit::usage, error.code(), path + ": " + error.what());
+    }
+}
+
+std::string colour_words(const Colour& c) {
+    return format_number(c[0]) + " " + format_number(c[1]) + " " + format_number(c[2]);
+}
+
+std::string percent(double share) { return format_number(100 * share) + " %"; }
+
+std::string colour_json(const Colour& c) {
+    char text[96];
+    std::snprintf(text, sizeof text, "[%.9g, %.9g, %.9g]", c[0], c[1], c[2]);
+    return text;
+}
+
+std::string fit_json(const Fit& fit) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "{\"model\": \"%s\", \"%s\": %.9g, \"f90\": %.9g, \"error\": %.6g, "
+                  "\"error_worst\": %.6g, ",
+                  to_string(fit.model).c_str(),
+                  fit.model == FitModel::ggx_diffuse ? "alpha" : "exponent", fit.width, fit.f90,
+                  fit.error, fit.error_worst);
+    return text + ("\"diffuse\": " + colour_json(fit.diffuse)) +
+           ", \"f0\": " + colour_json(fit.f0) + "}";
+}
+
+}  // namespace
+
+Exit measure_view(const ViewOptions& options) {
+    if (extension_of(options.output) != "png")
+        throw Failure(Exit::usage, "usage", "-o: name a file that ends in .png");
+    check_output(options.output);
+    const Material material = material_of(options.file, options.extrapolation);
+    Resampler resampler;
+    const LobeTables tables = make_lobe_tables(material);
+    write_output(options.output,
+                 options.sphere ? sphere_view(tables, options.size, resampler)
+                                : lobe_view(tables, options.theta_in, options.size, resampler));
+    return Exit::done;
+}
+
+Exit measure_fit(const std::string& path, bool json) {
+    const Material material = material_of(path, {});
+    Resampler resampler;
+    const LobeTables tables = make_lobe_tables(material);
+    const Fit fits[] = {fit_model(FitModel::ggx_diffuse, tables, resampler),
+                        fit_model(FitModel::lafortune_phong, tables, resampler)};
+    const PredictedError predicted = predict_error(material);
+    if (json) {
+        std::printf("{\"fits\": [%s, %s], \"predicted_error_of_a_table\": %.6g}\n",
+                    fit_json(fits[0]).c_str(), fit_json(fits[1]).c_str(),
+                    predicted.between_incidences());
+        return Exit::done;
+    }
+    std::vector<std::vector<std::string>> rows{
+        {"model", "alpha or n", "diffuse", "f0", "f90", "error", "at the worst theta_in"}};
+    for (const Fit& fit : fits)
+        rows.push_back({to_string(fit.model), format_number(fit.width), colour_words(fit.diffuse),
+                        colour_words(fit.f0),
+                        fit.model == FitModel::ggx_diffuse ? format_number(fit.f90) : "-",
+                        percent(fit.error), percent(fit.error_worst)});
+    for (const std::string& line : columns(rows)) std::printf("%s\n", line.c_str());
+    std::printf(
+        "\nA table of this file would be off by %s, as its own points predict each other.\n",
+        percent(predicted.between_incidences()).c_str());
+    return Exit::done;
+}
+
+}  // namespace kiln::client

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/measured/views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/measured/physics.h"
+#include "server/measured/reader.h"
+
+namespace kiln::measured {
+namespace {
+
+constexpr Colour kPaper = {0.96, 0.96, 0.96}, kGround = {0.86, 0.87, 0.89};
+constexpr Colour kGrid = {0.62, 0.64, 0.68}, kLight = {0.95, 0.55, 0.05}, kMirror = {0.2, 0.3, 0.6};
+
+Vec cross(Vec a, Vec b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Vec unit(Vec a) {
+    const double length = std::sqrt(dot(a, a));
+    return length > 0 ? (1 / length) * a : Vec{0, 0, 1};
+}
+
+/// Seen from afar; the light, at azimuth 0, stands on the left.
+struct Camera {
+    Vec towards = direction(66, 62), right = unit(cross({0, 0, 1}, towards)),
+        up = cross(towards, right);
+    double scale = 1, x = 0, y = 0;
+    Canvas::Point see(Vec p, const Colour& colour) const {
+        return {x + scale * dot(p, right), y - scale * dot(p, up), dot(p, towards), colour};
+    }
+};
+
+void draw_ground(Canvas& canvas, const Camera& camera) {
+    constexpr int kSteps = 120;
+    constexpr double kLift = 2e-3;
+    const auto around = [&](double radius, int n, const Colour& colour) {
+        return camera.see(radius * direction(90, 360.0 * n / kSteps), colour);
+    };
+    const Canvas::Point middle = camera.see({0, 0, 0}, kGround);
+    for (int n = 0; n < kSteps; ++n) {
+        canvas.triangle(middle, around(1.05, n, kGround), around(1.05, n + 1, kGround));
+        for (const double radius : {0.5, 1.0})
+            canvas.line(around(radius, n, kGrid), around(radius, n + 1, kGrid), 1, kLift);
+    }
+    for (int n = 0; n < kSteps; n += kSteps / 12)
+        canvas.line(camera.see({0, 0, 0}, kGrid), around(1.0, n, kGrid), 0.7, kLift);
+}
+
+void draw_ray(Canvas& canvas, const Camera& camera, Vec from, const Colour& colour, bool arrow) {
+    canvas.line(camera.see(from, colour), camera.see({0, 0, 0}, colour), 2.2, 4e-3);
+    if (!arrow) return;
+    const Vec side = unit(cross(from, camera.towards));
+    const Vec tip = 0.06 * from, back = 0.16 * from;
+    canvas.triangle(camera.see(tip + 0.05 * camera.towards, colour),
+                    camera.see(back + 0.03 * side + 0.05 * camera.towards, colour),
+                    camera.see(back - 0.03 * side + 0.05 * camera.towards, colour));
+}
+
+/// A grid over the hemisphere about the mirror direction, dense at the peak, ending at the horizon.
+struct Mesh {
+    static constexpr std::size_t kRings = 160, kSpokes = 256;
+    std::vector<Vec> out, place;
+    std::vector<Colour> colour;
+    std::size_t at(std::size_t ring, std::size_t spoke) const {
+        return ring * kSpokes + spoke % kSpokes;
+    }
+};
+
+std::vector<Vec> mesh_directions(double theta_in) {
+    const double c = std::cos(theta_in * kDegree), s = std::sin(theta_in * kDegree);
+    std::vector<Vec> out;
+    for (std::size_t ring = 0; ring <= Mesh::kRings; ++ring)
+        for (std::size_t spoke = 0; spoke < Mesh::kSpokes; ++spoke) {
+            const double turn = 360.0 * static_cast<double>(spoke) / Mesh::kSpokes;
+            const double v = static_cast<double>(ring) / Mesh::kRings;
+            const double end = std::atan2(c, s * std::cos(turn * kDegree));  // of theta_d
+            const double half = std::sin(end / 2) * v * v;
+            Vec view = from_mirror(theta_in, direction(2 * std::asin(half) / kDegree, turn));
+            view.z = std::max(0.0, view.z);
+            out.push_back(unit(view));
+        }
+    return out;
+}
+
+/// The colour of the whole lobe, its largest channel 1, a little towards white.
+Colour tint_of(const Sampled& found) {
+    Colour sum{};
+    for (std::size_t n = 0; n < found.r.size(); ++n) {
+        sum[0] += std::max(0.0f, found.r[n]);
+        sum[1] += std::max(0.0f, found.g[n]);
+        sum[2] += std::max(0.0f, found.b[n]);
+    }
+    const double most = std::max({sum[0], sum[1], sum[2], 1e-30});
+    for (double& v : sum) v = 0.12 + 0.78 * v / most;
+    return sum;
+}
+
+/// Puts every direction at its distance and shades the surface by its normal.
+void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, bool root) {
+    const Colour tint = tint_of(found);
+    const Colour guessed = {0.26, 0.27, 0.34};
+    for (std::size_t n = 0; n < mesh.out.size(); ++n) {
+        const double f = (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3;
+        const double length = std::max(0.0, f) / most;
+        mesh.place.push_back((root ? std::cbrt(length) : length) * mesh.out[n]);
+    }
+    const Vec lamp = unit(camera.towards + 0.9 * camera.up - 0.7 * camera.right);
+    mesh.colour.resize(mesh.out.size());
+    for (std::size_t ring = 0; ring <= Mesh::kRings; ++ring)
+        for (std::size_t spoke = 0; spoke < Mesh::kSpokes; ++spoke) {
+            const std::size_t low = std::max<std::size_t>(ring, 2) - 1;
+            const std::size_t high = std::min(std::max<std::size_t>(ring, 1) + 1, Mesh::kRings);
+            const std::size_t before = spoke + Mesh::kSpokes - 1, n = mesh.at(ring, spoke);
+            const Vec along = mesh.place[mesh.at(high, spoke)] - mesh.place[mesh.at(low, spoke)];
+            const std::size_t middle = std::max<std::size_t>(ring, 1);
+            const Vec across =
+                mesh.place[mesh.at(middle, spoke + 1)] - mesh.place[mesh.at(middle, before)];
+            Vec normal = unit(cross(along, across));
+            if (dot(normal, camera.towards) < 0) normal = -1 * normal;
+            const double shade = 0.28 + 0.72 * std::max(0.0, dot(normal, lamp));
+            const double gloss = 0.25 * std::pow(std::max(0.0, dot(normal, lamp)), 40);
+            const bool measured = found.origin[n] < 1.5f;
+            for (std::size_t k = 0; k < 3; ++k)
+                mesh.colour[n][k] =
+                    shade * (measured ? tint[k] : 0.8 * guessed[k] + 0.2 * tint[k]) + gloss;
+        }
+}
+
+void draw_mesh(Canvas& canvas, const Camera& camera, const Mesh& mesh) {
+    for (std::size_t ring = 0; ring < Mesh::kRings; ++ring)
+        for (std::size_t spoke = 0; spoke < Mesh::kSpokes; ++spoke) {
+            const auto corner = [&](std::size_t r, std::size_t s) {
+                const std::size_t n = mesh.at(r, s);
+                return camera.see(mesh.place[n], mesh.colour[n]);
+            };
+            const auto a = corner(ring, spoke), b = corner(ring + 1, spoke),
+                       c = corner(ring + 1, spoke + 1), d = corner(ring, spoke + 1);
+            canvas.triangle(a, b, c);
+            canvas.triangle(a, c, d);
+        }
+}
+
+/// Light of the sky from a direction of the world: bright above, dim below, no edge at the horizon.
+double sky(Vec from) {
+    const double rise = std::clamp(0.5 + 1.5 * from.z, 0.0, 1.0);
+    return 0.12 + 0.5 * rise * rise * (3 - 2 * rise);
+}
+
+struct Pixel {
+    std::size_t index = 0;
+    Vec normal;
+};
+
+std::vector<Pixel> sphere_pixels(std::size_t side, double radius, Vec right, Vec up, Vec towards) {
+    std::vector<Pixel> pixels;
+    const double centre = static_cast<double>(side) / 2;
+    for (std::size_t n = 0; n < side * side; ++n) {
+        const double x = (static_cast<double>(n % side) + 0.5 - centre) / radius;
+        const double y = (centre - static_cast<double>(n / side) - 0.5) / radius;
+        const double r2 = x * x + y * y;
+        if (r2 >= 1) continue;
+        pixels.push_back({n, x * right + y * up + std::sqrt(1 - r2) * towards});
+    }
+    return pixels;
+}
+
+/// Adds f cos(theta_in) times a lamp's light to each pixel that it reaches.
+void add_lamp(const LobeTables& tables, Resampler& resampler, const std::vector<Pixel>& pixels,
+              Vec lamp, Vec eye, double strength, std::vector<Colour>& light) {
+    std::vector<std::size_t> lit;
+    std::vector<double> theta_in;
+    std::vector<Vec> out;
+    for (std::size_t n = 0; n < pixels.size(); ++n) {
+        const Vec normal = pixels[n].normal;
+        const double in = dot(normal, lamp);
+        if (in <= 0) continue;
+        Vec tangent = lamp - in * normal;  // the light's azimuth
+        tangent =
+            dot(tangent, tangent) > 1e-12 ? unit(tangent) : unit(cross({0.3, 0.5, 1}, normal));
+        lit.push_back(n);
+        theta_in.push_back(std::acos(std::min(1.0, in)) / kDegree);
+        out.push_back(
+            {dot(eye, tangent), dot(eye, cross(normal, tangent)), std::max(0.0, dot(eye, normal))});
+    }
+    if (lit.empty()) return;
+    const Sampled found = resampler.values(tables, theta_in, out);
+    for (std::size_t n = 0; n < lit.size(); ++n) {
+        const double e = strength * std::cos(theta_in[n] * kDegree);
+        const float f[3] = {found.r[n], found.g[n], found.b[n]};
+        for (std::size_t k = 0; k < 3; ++k)
+            light[lit[n]][k] += e * std::max(0.0, static_cast<double>(f[k]));
+    }
+}
+
+}  // namespace
+
+std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t size,
+                      Resampler& resampler) {
+    Mesh mesh;
+    mesh.out = mesh_directions(theta_in);
+    const Sampled found = resampler.values(tables, theta_in, mesh.out);
+    double most = 1e-30;
+    for (std::size_t n = 0; n < mesh.out.size(); ++n)
+        most = std::max(most, (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3);
+    const std::size_t height = size * 3 / 4;
+    Camera camera;
+    camera.scale = 0.43 * static_cast<double>(size);
+    camera.x = 0.5 * static_cast<double>(size);
+    camera.y = 0.69 * static_cast<double>(height);
+    Canvas canvas(size, height, kPaper);
+    draw_ground(canvas, camera);
+    // A mirror-like peak would leave nothing but a needle to see.
+    constexpr double kNeedle = 20;
+    const Material::Albedo e = resampler.albedos(tables, std::array{theta_in}).front();
+    const double mean = (e.value[0] + e.value[1] + e.value[2]) / 3 / std::numbers::pi;
+    const bool root = most > kNeedle * mean;
+    shape(mesh, found, camera, most, root);
+    draw_mesh(canvas, camera, mesh);
+    draw_ray(canvas, camera, 1.02 * direction(theta_in, 0), kLight, true);
+    draw_ray(canvas, camera, 1.02 * direction(theta_in, 180), kMirror, false);
+    draw_ray(canvas, camera, 1.02 * direction(0, 0), kGrid, false);
+    const double base = static_cast<double>(height) - 14;
+    return png_of(
+        canvas.picture(),
+        {{14, base,
+          "theta_in " + in_words(theta_in) + " degrees, f_r to " + in_words(most) + " 1/sr" +
+              (root ? ", drawn as its cube root" : "") + "; dark: not measured"}});
+}
+
+std::string sphere_view(const LobeTables& tables, std::size_t size, Resampler& resampler) {
+    constexpr std::size_t kSide = 2;  // samples along a pixel's side
+    const std::size_t side = kSide * size;
+    const double radius = 0.46 * static_cast<double>(side);
+    const Vec eye = direction(78, -90), right = unit(cross({0, 0, 1}, eye)), up = cross(eye, right);
+    const std::vector<Pixel> pixels = sphere_pixels(side, radius, right, up, eye);
+    std::vector<Colour> light(pixels.size());
+    add_lamp(tables, resampler, pixels, unit(eye - 0.8 * right + 0.9 * up), eye, 2.0, light);
+    add_lamp(tables, resampler, pixels, unit(-0.35 * eye + right + 0.35 * up), eye, 1.2, light);
+    constexpr std::size_t kAlbedos = 64;
+    const Companion companion = companion_of(tables, kAlbedos, resampler);
+    std::vector<Colour> sum(size * size);
+    std::vector<double> cover(size * size, 0.0);
+    for (std::size_t n = 0; n < pixels.size(); ++n) {
+        const Vec normal = pixels[n].normal;
+        const double view = std::max(0.0, dot(normal, eye));
+        const auto texel = std::min(static_cast<std::size_t>(view * kAlbedos), kAlbedos - 1);
+        const double around = sky(2 * view * normal - eye);
+        const std::size_t x = pixels[n].index % side / kSide, y = pixels[n].index / side / kSide;
+        for (std::size_t k = 0; k < 3; ++k)
+            sum[y * size + x][k] +=
+                light[n][k] + around * static_cast<double>(companion.table.planes[k][texel]);
+        cover[y * size + x] += 1;
+    }
+    Picture picture{size, size, {}};
+    for (std::size_t n = 0; n < sum.size(); ++n)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double share = cover[n] / (kSide * kSide);
+            picture.rgb.push_back(srgb_code(sum[n][k] / (kSide * kSide) + (1 - share) * 0.16));
+        }
+    return png_of(picture, {});
+}
+
+}  // namespace kiln::measured
