@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Memory of a 4096 x 4096 job of four float channels: all processes of a server together, at its peak, and after
-a cancel.
+"""Memory of a 4096 x 4096 job of four float channels: all processes of a server together, at its
+peak, and after a cancel.
 
     benchmarks/memory.py [--bin build/release/bin]
 """
@@ -14,14 +14,17 @@ import time
 
 from headline import Server
 
-BIG = {"quantities": ["split_sum_scale", "split_sum_bias", "directional_albedo", "multiscatter_albedo"],
-       "resolution": [4096, 4096], "sample_count": 16, "output": {"format": "exr", "pixel": "float"}}
+BIG = {"quantities": ["split_sum_scale", "split_sum_bias", "directional_albedo",
+                      "multiscatter_albedo"],
+       "resolution": [4096, 4096], "sample_count": 16,
+       "output": {"format": "exr", "pixel": "float"}}
+LIVE = ("queued", "running")
 
 
 def family(process):
     """Process ids of a process and all below it."""
-    children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(process)], capture_output=True, text=True,
-                              check=False).stdout.split()
+    children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(process)], capture_output=True,
+                              text=True, check=False).stdout.split()
     return [process] + [pid for child in children for pid in family(int(child))]
 
 
@@ -38,7 +41,8 @@ def mebibytes(process):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", default="build/release/bin")
     server = Server(parser.parse_args().bin)
     pid = server.process.pid
@@ -53,12 +57,14 @@ def main():
     watcher = threading.Thread(target=watch)
     watcher.start()
     identity = json.loads(server.request("POST", "/v1/jobs", BIG)[1])["id"]
-    while json.loads(server.request("GET", f"/v1/jobs/{identity}?wait=30")[1])["state"] in ("queued", "running"):
+    path = f"/v1/jobs/{identity}?wait=30"
+    while json.loads(server.request("GET", path)[1])["state"] in LIVE:
         pass
     done.set()
     watcher.join()
     print(f"4096 x 4096 x 4 float     {peak[0]:7.0f} MiB at most (2048 asked)")
-    identity = json.loads(server.request("POST", "/v1/jobs", {**BIG, "sample_count": 1024})[1])["id"]
+    longer = {**BIG, "sample_count": 1024}
+    identity = json.loads(server.request("POST", "/v1/jobs", longer)[1])["id"]
     time.sleep(5)
     busy = mebibytes(pid)
     server.request("DELETE", f"/v1/jobs/{identity}")
