@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/measured/bounds.h"
 
+#include "server/compute/measured_launch.h"
+
 namespace kiln::measured {
 
 Bounds measured_bounds() {
@@ -30,6 +32,8 @@ Bounds measured_bounds() {
          "Of light in one component of a file."},
         {"measurement_surveyed_incidences_max", kSurveyedIncidencesMax, "directions",
          "Of light that the account of a component lists."},
+        {"measurement_table_nodes_max", kMeasuredNodesMax, "nodes",
+         "Of the regular form that kernels read."},
     };
 }
 

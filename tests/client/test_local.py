@@ -80,9 +80,11 @@ class Bake(KilnTest):
         examples = sorted(glob.glob(os.path.join(SOURCE, "examples", "*.json")))
         self.assertGreaterEqual(len(examples), 6)
         for example in examples:
-            size = "[4]" if "average" in example else "[4,4]"
-            self.kiln("bake", example, "-o", "-", "--local", "--set", "device=native",
-                      "--set", "resolution=" + size, "--set", "sample_count=16")
+            with open(example, encoding="utf-8") as file:
+                measured = json.load(file).get("kind") in ("slices", "atlas")
+            size = "[9,5]" if measured else "[4]" if "average" in example else "[4,4]"
+            few = () if measured else ("--set", "device=native", "--set", "sample_count=16")
+            self.kiln("bake", example, "-o", "-", "--local", "--set", "resolution=" + size, *few)
 
     def test_a_symbolic_link_stays_one_and_modes_stay(self):
         self.write("real.exr", "old")
@@ -104,6 +106,8 @@ class Refuse(KilnTest):
             corpus = json.load(file)
         self.assertGreaterEqual(len(corpus), 100)
         for wrong in corpus:
+            if wrong["pointer"].startswith("/measured/data"):
+                continue  # here a file may stand there: that one is not found is for test_slices
             with self.subTest(wrong["name"]):
                 if "text" in wrong:
                     text = wrong["text"].encode("utf-8", "surrogatepass")

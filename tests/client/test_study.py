@@ -56,7 +56,7 @@ class Furnace(KilnTest):
         self.write("study.json", {"kind": "furnace", "resolution": [8, 8]})
         _, stderr = self.kiln("furnace", "study.json", "--local", exit_status=3)
         self.assertIn("/resolution", stderr)
-        self.assertIn("is not read by a furnace study", stderr)
+        self.assertIn('is not read by kind "furnace"', stderr)
 
     def test_a_folder_that_cannot_be_made_is_told_before_the_work(self):
         self.write("file", "x")

@@ -36,6 +36,9 @@ NO_BOUNDS = {
     "kMebibytesMax": "the range of settings",
     "kDecodeSideMax": "of files that the command line reads; the service decodes none",
     "kDecodeChannelsMax": "the same",
+    "kFacetsMax": "a walk that meets more fails its study",
+    "kDeviationsMax": "a verdict's threshold",
+    "kLobesMax": "the incidences that a fit takes of all",
 }
 # kSomethingMax or kSomethingLimit, where it is declared.
 DECLARED = re.compile(r"constexpr [\w:<> ]*?[\w:>]+ (k\w*(?:Max|Limit)\w*)\b\s*[={]")

@@ -131,10 +131,10 @@ double log_tangents(double v, double wrong) {
     return 1 / (span + 8 * std::pow(low, 7) / (1 - std::pow(low, 8)));
 }
 
-/// v over [0, 21] as t. The third scalar of a point is the density of all normals over its own,
-/// over NoH: 2 sinh v / cosh² v over p(v), over 1 / cosh v.
+/// v over [0, 40], beyond which one draw in 10^11 goes, as t. The third scalar of a point is the
+/// density of all normals over its own, over NoH: 2 sinh v / cosh² v over p(v), over 1 / cosh v.
 Subject log_tangent_normals(double wrong) {
-    constexpr double kReach = 21;
+    constexpr double kReach = 40;
     const auto place = [](const double* point) {
         const double v = std::acosh(1 / point[1]);
         EXPECT_NEAR(point[2] * log_tangents(v, 1) / (2 * std::tanh(v) / std::cosh(v)), 1, 1e-5);
@@ -150,7 +150,7 @@ Subject log_tangent_normals(double wrong) {
 Subject log_views(double wrong) {
     const double whole = std::expm1(18.);
     const auto place = [=](const double* point) {
-        return Place{std::log1p(point[3] * whole) / 18, std::numbers::pi / 2};
+        return Place{std::log1p(point[kiln::kPointScalars - 1] * whole) / 18, std::numbers::pi / 2};
     };
     return {PointKind::log_tangents_averaged, place, [=](double t, double phi) {
                 // All in the columns of the middle.
