@@ -30,23 +30,14 @@ struct Case {
 std::string name_of(const testing::TestParamInfo<Case>& info) { return info.param.name; }
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
-/// Of a case with so many rare events in all its samples.
-double least_coverage(double events) {
-    return events < 30 ? std::min(.84, .95 - .25 / std::max(events, 3.0) - .072) : .84;
-}
-
 class Coverage : public testing::TestWithParam<Case> {};
 
-// Of a nominal 95 % the pooled share is held to 92…99 %. A case that covers 92 % lies below 84 % of
-// its 200 trials with a probability of 3e-5, one of 288 such cases in 1 % of suites: each is held
-// to 84 %. Where k rare events are expected in all 16 replicates together, a replicate's mean has a
-// skewness of √(16 / k), and the interval by Student's t covers less by .0155 · 16 / k = .25 / k
-// (Hall 1992, second order: 2 z φ(z) γ² (z⁴ + 2 z² − 3) / 18 / R at z = 1.96, R = 16). Below k = 3
-// the events' own variance is added (rare_events.h), from 30 on they count as seen: between these a
-// case is held to .95 − .25 / k less three binomial deviations of .024. Where the interval is as
-// wide as the rounding that belongs to it, no trial may miss, and such cases would push the pool
-// above 99 %: they are left out of it. All trials of a case are independent, cases of one trial
-// share their points.
+// Of a nominal 95 % of 200 trials, binomial noise alone makes 89.5 to 99 % (99.9 % of cases): the
+// pooled share is held to 92…99 %, each case to 88 %. One case in a hundred may be at 84: means of
+// scrambled nets are not normally distributed where the integrand is smooth but for one edge. Where
+// the interval is as wide as the rounding that belongs to it, no trial may miss, and such cases
+// would push the pool above 99 %: they are left out of it. All trials of a case are independent,
+// cases of one trial share their points.
 TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     const Case& c = GetParam();
     JobSpec job = grid_job(c.NoV, c.alpha, c.sample_count);
@@ -68,22 +59,23 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
             }
     }
     double pooled = 0, count = 0;
-    int least = kTrials;
+    int least = kTrials, low = 0, cases = 0;
     for (std::size_t q = 0; q < 4; ++q)
         for (std::size_t i = 0; i < truth[q].size(); ++i) {
             least = std::min(least, inside[q][i]);
-            const double events = truth[3][i] * static_cast<double>(c.sample_count);
-            EXPECT_GE(inside[q][i], kTrials * least_coverage(events))
-                << to_word(job.quantities[q]) << " at " << where(job, i) << ", " << events
-                << " rare events";
+            EXPECT_GE(inside[q][i], kTrials * 84 / 100)
+                << to_word(job.quantities[q]) << " at " << where(job, i);
+            low += inside[q][i] < kTrials * 88 / 100;
+            ++cases;
             if (wide[q][i] < kTrials / 2) continue;
             pooled += inside[q][i];
             count += kTrials;
         }
     ASSERT_GT(count, 0);
     RecordProperty("pooled_" + c.name, std::to_string(pooled / count));
-    std::printf("%s: pooled %.4f of %g, least %.3f\n", c.name.c_str(), pooled / count, count,
-                least / double{kTrials});
+    std::printf("%s: pooled %.4f of %g, least %.3f, below 88 %%: %d of %d\n", c.name.c_str(),
+                pooled / count, count, least / double{kTrials}, low, cases);
+    EXPECT_LE(low, cases / 100);
     EXPECT_GE(pooled / count, 0.92);
     EXPECT_LE(pooled / count, 0.99);
 }
