@@ -23,7 +23,7 @@ namespace {
 using namespace measured;
 using Clock = std::chrono::steady_clock;
 
-/// Resampling runs in double on the host, with the C library's functions of angles.
+/// What the kernels read is made in double on the host, with the C library's functions of angles.
 constexpr const char* kNumerics = "host-double";
 /// Between two words to whoever waits.
 constexpr std::chrono::milliseconds kTellInterval{50}, kSignInterval{500};
