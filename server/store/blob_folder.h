@@ -29,6 +29,9 @@ class BlobFolder {
   public:
     explicit BlobFolder(const std::string& directory);
 
+    /// Of the ledger over the folder.
+    std::string ledger_path() const { return root_path_ + "/ledger"; }
+
     enum class Verdict { absent, good, wrong };
     struct Content {
         Verdict verdict = Verdict::absent;

@@ -40,7 +40,8 @@ class DiskBlobStore : public BlobStore {
     Bytes get(const std::string& digest) override;
     bool contains(const std::string& digest) override;
     std::optional<std::uint64_t> size(const std::string& digest) override;
-    BlobStats stats();  ///< evicted and quarantined by this object; the rest at most a second old
+    /// `bytes` and `count` never less than what is there, and exact a second after the last put.
+    BlobStats stats();  ///< evicted and quarantined by this object
 
   private:
     struct State;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <tuple>
 
@@ -10,6 +9,7 @@
 #include "server/base/sha256.h"
 #include "server/store/blob_folder.h"
 #include "server/store/blob_store.h"
+#include "server/store/folder_ledger.h"
 
 namespace kiln {
 
@@ -22,39 +22,38 @@ void require_digest(const std::string& digest) {
 
 }  // namespace
 
-// Several processes write into one folder and none knows the others' puts, so a count of bytes
-// ages. Usage is taken from a walk over the folder, plus this process's own puts since; and the
-// walk is repeated when those pass half of the room that it found. Two writers together then stay
-// within the budget, and as eviction frees a tenth of the budget at once, walks stay rare.
+// Several processes write into one folder. A walk over it tells its bytes, and the ledger what all
+// of them have put since: together never less than what is there, so the budget holds at every
+// moment. Once that bound passes the budget, the next put walks again, alone in the folder; and as
+// eviction frees a tenth of the budget at once, walks stay rare.
 struct DiskBlobStore::State {
     State(const std::string& directory, std::uint64_t limit)
-        : folder(directory), bytes_max(limit) {}
+        : folder(directory), ledger(folder.ledger_path()), bytes_max(limit) {}
 
-    void reserve(std::uint64_t bytes);
-    void settle(std::uint64_t bytes, bool stored);
+    FolderLedger::Hold reserve(std::uint64_t bytes);
     void make_room(std::uint64_t bytes);
     void walk();
     void evict(std::uint64_t target);
 
     BlobFolder folder;
+    FolderLedger ledger;
     const std::uint64_t bytes_max;
     std::atomic<std::uint64_t> evicted{0}, quarantined{0};
 
     std::mutex mutex;
-    std::condition_variable settled;
     std::vector<BlobEntry> entries;  // as last walked; only held between walk and eviction
     std::uint64_t walked_bytes = 0, walked_count = 0;  // by the last walk, less what was evicted
-    std::uint64_t put_bytes = 0, put_count = 0;        // by this process since
-    std::uint64_t in_flight = 0;                       // reserved by puts under way
+    FolderLedger::Counts at_walk;
     std::chrono::steady_clock::time_point walked_at;
 };
 
+// By who is alone in the folder.
 void DiskBlobStore::State::walk() {
     entries = folder.list();
     walked_bytes = 0;
     for (const BlobEntry& entry : entries) walked_bytes += entry.bytes;
     walked_count = entries.size();
-    put_bytes = put_count = 0;
+    at_walk = ledger.read();
     walked_at = std::chrono::steady_clock::now();
 }
 
@@ -73,36 +72,37 @@ void DiskBlobStore::State::evict(std::uint64_t target) {
     }
 }
 
-// For `bytes` beside all that is under way.
 void DiskBlobStore::State::make_room(std::uint64_t bytes) {
-    walk();
-    const std::uint64_t rest = bytes_max - in_flight - bytes;
-    if (walked_bytes > rest) evict(rest - std::min(rest, bytes_max / 10));
-    entries = {};
-}
-
-void DiskBlobStore::State::reserve(std::uint64_t bytes) {
-    std::unique_lock lock(mutex);
-    settled.wait(lock, [&] { return in_flight + bytes <= bytes_max; });
-    const std::uint64_t room = bytes_max - std::min(bytes_max, walked_bytes);
-    if (put_bytes + in_flight + bytes > room / 2) make_room(bytes);
-    in_flight += bytes;
-}
-
-void DiskBlobStore::State::settle(std::uint64_t bytes, bool stored) {
-    {
-        std::lock_guard lock(mutex);
-        in_flight -= bytes;
-        if (stored) {
-            put_bytes += bytes;
-            ++put_count;
-        }
+    const std::uint64_t rest = bytes_max - bytes;
+    // Entries that somebody uses between a walk and their turn stay, so one walk may not do.
+    for (int walks = 0; walks < 8; ++walks) {
+        walk();
+        if (walked_bytes > rest) evict(rest - std::min(rest, bytes_max / 10));
+        entries = {};
+        if (walked_bytes <= rest) return;
     }
-    settled.notify_all();
+    throw Error("store_failed", "no room for a blob of " + std::to_string(bytes) +
+                                    " bytes: " + std::to_string(walked_bytes) +
+                                    " bytes in the blob folder cannot be removed");
+}
+
+FolderLedger::Hold DiskBlobStore::State::reserve(std::uint64_t bytes) {
+    {
+        FolderLedger::Hold shared = ledger.share();
+        std::lock_guard lock(mutex);
+        if (walked_bytes + (ledger.add(bytes) - at_walk.bytes) <= bytes_max) return shared;
+        ledger.take_back(bytes);
+    }
+    FolderLedger::Hold alone = ledger.alone();
+    std::lock_guard lock(mutex);
+    make_room(bytes);
+    ledger.add(bytes);
+    return alone;
 }
 
 DiskBlobStore::DiskBlobStore(const std::string& directory, std::uint64_t bytes_max)
     : state_(std::make_unique<State>(directory, bytes_max)) {
+    const FolderLedger::Hold alone = state_->ledger.alone();
     state_->make_room(0);
 }
 
@@ -124,14 +124,13 @@ std::string DiskBlobStore::put(std::string_view bytes) {
     }
     if (old.verdict == BlobFolder::Verdict::wrong && state_->folder.quarantine(digest, old.inode))
         ++state_->quarantined;
-    state_->reserve(bytes.size());
+    const FolderLedger::Hold hold = state_->reserve(bytes.size());
     try {
         state_->folder.write(digest, bytes);
     } catch (...) {
-        state_->settle(bytes.size(), false);
+        state_->ledger.take_back(bytes.size());
         throw;
     }
-    state_->settle(bytes.size(), true);
     return digest;
 }
 
@@ -159,15 +158,18 @@ std::optional<std::uint64_t> DiskBlobStore::size(const std::string& digest) {
 }
 
 BlobStats DiskBlobStore::stats() {
-    // Metrics may be asked for often, and the walk is long where entries are many.
+    // Metrics may be asked for often, and the walk is long where entries are many. While a put is
+    // under way the last one has to do: a metric does not wait for a disk.
     constexpr auto kFresh = std::chrono::seconds(1);
+    const FolderLedger::Hold alone = state_->ledger.alone_if_free();
     std::lock_guard lock(state_->mutex);
-    if (std::chrono::steady_clock::now() - state_->walked_at > kFresh) {
+    if (alone && std::chrono::steady_clock::now() - state_->walked_at > kFresh) {
         state_->walk();
         state_->entries = {};
     }
-    return {.bytes = state_->walked_bytes + state_->put_bytes,
-            .count = state_->walked_count + state_->put_count,
+    const FolderLedger::Counts now = state_->ledger.read();
+    return {.bytes = state_->walked_bytes + (now.bytes - state_->at_walk.bytes),
+            .count = state_->walked_count + (now.files - state_->at_walk.files),
             .evicted = state_->evicted,
             .quarantined = state_->quarantined};
 }
