@@ -35,6 +35,14 @@ void PlaceRange::add(const Pass& pass, std::size_t place) {
     NoV_max = std::max(NoV_max, pass.places.NoV(place));
 }
 
+void PlaceRange::add(const PlaceRange& other) {
+    count += other.count;
+    NoV_min = std::min(NoV_min, other.NoV_min);
+    NoV_max = std::max(NoV_max, other.NoV_max);
+    alpha_min = std::min(alpha_min, other.alpha_min);
+    alpha_max = std::max(alpha_max, other.alpha_max);
+}
+
 std::string PlaceRange::words() const {
     const std::string where = NoV_min > NoV_max ? "" : "NoV " + range(NoV_min, NoV_max) + ", ";
     return std::to_string(count) + (count == 1 ? " place (" : " places (") + where + "alpha " +
@@ -54,19 +62,26 @@ Account::Account(const JobSpec& job, const Plan& plan, const Control& control,
     channels_.resize(plan.channels.size());
     for (const Pass& pass : plan.passes)
         for (const Share& share : pass.shares) ++channels_[share.channel].shares;
+    // What several passes make up together has one error: each texel's, once all are in.
+    for (ChannelState& channel : channels_)
+        if (channel.shares > 1) channel.variances.resize(plane.size());
 }
 
-void Account::store(const Pass& pass, const Share& share, std::size_t place,
-                    const Estimate& estimate) {
-    ChannelState& channel = channels_[share.channel];
-    if (channel.shares == 1)
-        channel.error.add(estimate.variance, pass.slices.size());
-    else if (channel.variances.empty())
-        // What several passes make up together has one error: each texel's, once all are in.
-        channel.variances.resize(outcome_.table.planes[share.channel].size());
+void Account::store(const Pass& pass, std::size_t share, std::size_t place,
+                    const Estimate& estimate, Stored& stored) {
+    const std::size_t channel = pass.shares[share].channel;
+    stored.errors[share].add(estimate.variance, pass.slices.size());
     for (const std::size_t slice : pass.slices)
         texels_.each(pass.what.material.averaged != 0, slice, place,
-                     [&](std::size_t texel) { add_texel(share.channel, texel, estimate); });
+                     [&](std::size_t texel) { add_texel(channel, texel, estimate); });
+}
+
+void Account::add(const Pass& pass, const Stored& stored) {
+    suspected.add(stored.suspected);
+    for (std::size_t share = 0; share < pass.shares.size(); ++share) {
+        ChannelState& channel = channels_[pass.shares[share].channel];
+        if (channel.shares == 1) channel.error.add(stored.errors[share]);
+    }
 }
 
 void Account::add_texel(std::size_t channel, std::size_t texel, const Estimate& estimate) {

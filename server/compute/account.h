@@ -24,6 +24,7 @@ struct PlaceRange {
     std::uint64_t count = 0;
     double NoV_min = 1, NoV_max = 0, alpha_min = 1, alpha_max = 0;
     void add(const Pass& pass, std::size_t place);
+    void add(const PlaceRange& other);
     /// "12 places (NoV 0.1…0.2, alpha 0.01)".
     std::string words() const;
 };
@@ -35,8 +36,18 @@ class Account {
     Account(const JobSpec& job, const Plan& plan, const Control& control,
             bool standard_error_planes);
 
+    /// What was stored of some places of a pass, of each share of it: kept apart, so that several
+    /// threads may store, each its own places.
+    struct Stored {
+        explicit Stored(const Pass& pass) : errors(pass.shares.size()) {}
+        std::vector<ErrorSummary> errors;  ///< [share]
+        PlaceRange suspected;
+    };
     /// One place's part of a channel, once it is final.
-    void store(const Pass& pass, const Share& share, std::size_t place, const Estimate& estimate);
+    void store(const Pass& pass, std::size_t share, std::size_t place, const Estimate& estimate,
+               Stored& stored);
+    /// In an order that does not depend on threads: sums of errors are rounded.
+    void add(const Pass& pass, const Stored& stored);
     /// `samples` in all, by one kernel.
     void count_work(const Specialisation& what, std::uint64_t samples);
     void count_samples(std::uint64_t samples, std::uint64_t a_texel);

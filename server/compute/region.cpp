@@ -132,13 +132,14 @@ TermSums<Scalar> Launches<Scalar>::run(std::span<const BatchRange> batches) {
         const auto planes =
             static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(terms)));
         const std::size_t count = batches.size() * planes * stride_;
-        sums_[d].resize(std::max(sums_[d].size(), count));
+        Sums& sums = sums_[d];
+        if (sums.count < count) sums = {std::make_unique_for_overwrite<Scalar[]>(count), count};
         backend_.run(Launch<Scalar>{what, stride_, texels_, points_[d], parameters_, batches,
-                                    std::span(sums_[d]).first(count)});
+                                    std::span(sums.data.get(), count)});
         std::size_t plane = 0;
         for (std::size_t t = 0; t < kTermCount; ++t) {
             if (!(terms >> t & 1)) continue;
-            found.data[t] = sums_[d].data() + plane++ * stride_;  // the last draw's, of several
+            found.data[t] = sums.data.get() + plane++ * stride_;  // the last draw's, of several
             found.step[t] = planes * stride_;
         }
     }

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -61,7 +62,13 @@ class Launches {
     const Pass& pass_;
     const Region& region_;
     std::vector<Scalar> parameters_, texels_;
-    std::vector<std::vector<Scalar>> points_, sums_;  // [draw]
+    /// Memory that a launch writes in full: never cleared, and never copied as it grows.
+    struct Sums {
+        std::unique_ptr<Scalar[]> data;
+        std::size_t count = 0;
+    };
+    std::vector<std::vector<Scalar>> points_;  // [draw]
+    std::vector<Sums> sums_;                   // [draw]
     std::size_t stride_ = 0;
 };
 

@@ -187,11 +187,14 @@ void Replicates::fill_variances(std::size_t mean, std::size_t begin, std::size_t
     variances(facts_, mean, begin, &spread_[mean][begin], scale, samples, out, end - begin);
 }
 
-Estimate Replicates::estimate(std::size_t mean, std::size_t place) const {
-    Estimate found{beside(means_[mean], facts_.controls[mean], place) + mean_[mean][place], 0, 0};
-    if (completed_ >= 2) fill_variances(mean, place, place + 1, &found.variance);
-    found.missable = missable(facts_, mean, place, weight_);
-    return found;
+void Replicates::estimates(std::size_t mean, std::size_t begin, std::span<Estimate> out) const {
+    std::vector<double> variance(out.size());
+    if (completed_ >= 2) fill_variances(mean, begin, begin + out.size(), variance.data());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const std::size_t place = begin + i;
+        out[i] = {beside(means_[mean], facts_.controls[mean], place) + mean_[mean][place],
+                  variance[i], missable(facts_, mean, place, weight_)};
+    }
 }
 
 ErrorSummary Replicates::summary(ThreadPool& pool, std::size_t mean) const {

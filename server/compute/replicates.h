@@ -39,8 +39,8 @@ class Replicates {
     std::size_t completed() const { return completed_; }  ///< replicates
     std::uint64_t samples() const { return weight_; }     ///< a place, in completed replicates
     std::size_t place_count() const { return facts_.place_count; }
-    /// The variance is 0 while fewer than two replicates are complete.
-    Estimate estimate(std::size_t mean, std::size_t place) const;
+    /// Of places from `begin` on. The variance is 0 while fewer than two replicates are complete.
+    void estimates(std::size_t mean, std::size_t begin, std::span<Estimate> out) const;
     std::size_t mean_count() const { return means_.size(); }
     ErrorSummary summary(ThreadPool& pool, std::size_t mean) const;
     std::uint64_t non_finite() const;  ///< means that are not finite

@@ -156,25 +156,27 @@ class Group {
 
     void store(const std::vector<std::uint32_t>& active) {
         Account& account = s_.account;
+        Account::Stored stored(pass_);
         for (std::size_t slot = 0; slot < places_.size(); ++slot) {
             const std::size_t place = places_[slot];
             bool suspect = false;
             for (std::size_t s = 0; s < pass_.shares.size(); ++s) {
                 const Share& share = pass_.shares[s];
                 const Estimate found = estimate(s, slot);
-                account.store(pass_, share, place, found);
+                account.store(pass_, s, place, found, stored);
                 const double bound = error_bound(found, s_.job.precision);
                 suspect |= misses_mirror_limit(pass_, share, place, found, bound);
                 if (rules_.aims())
                     suspect |= lacks_rare_events(
                         found, std::max(bound, rules_.tolerance(shares_beside(s), found.value)));
             }
-            if (suspect && set_.replicate_sizes.size() > 1) account.suspected.add(pass_, place);
+            if (suspect && set_.replicate_sizes.size() > 1) stored.suspected.add(pass_, place);
             account.count_samples(0, replicates_.samples(slot));
             const Progressed& state = progress_[slot];
             if (state.stopped && state.at_roundoff) account.at_roundoff.add(pass_, place);
             if (state.stopped && state.at_quantum) account.at_quantum = true;
         }
+        account.add(pass_, stored);
         account.out_of_time |= out_of_time_;
         if (!s_.job.target_error) return;
         double now = 0, before = 0;

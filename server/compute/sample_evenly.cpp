@@ -15,6 +15,9 @@ using Clock = std::chrono::steady_clock;
 /// call.
 constexpr std::uint32_t kTraceReplicates = 4;
 
+/// Places whose estimates one task stores.
+constexpr std::size_t kPlacesATask = 512;
+
 /// Replicates one after the other, block by block.
 class Even {
   public:
@@ -130,18 +133,37 @@ class Even {
 
     void store(const Pass& pass, const Means& means, const Replicates& replicates,
                std::span<const std::uint32_t> places) {
-        for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::size_t tasks = (places.size() + kPlacesATask - 1) / kPlacesATask;
+        std::vector<Account::Stored> stored(tasks, Account::Stored(pass));
+        s_.pool.parallel_for(tasks, [&](std::size_t task) {
+            const std::size_t begin = task * kPlacesATask;
+            store_some(pass, means, replicates, begin,
+                       places.subspan(begin, std::min(kPlacesATask, places.size() - begin)),
+                       stored[task]);
+        });
+        for (const Account::Stored& some : stored) s_.account.add(pass, some);
+    }
+
+    /// Of places [begin, begin + places.size()) of the block.
+    void store_some(const Pass& pass, const Means& means, const Replicates& replicates,
+                    std::size_t begin, std::span<const std::uint32_t> places,
+                    Account::Stored& stored) const {
+        const std::size_t count = places.size();
+        std::vector<Estimate> of(replicates.mean_count() * count);
+        for (std::size_t m = 0; m < replicates.mean_count(); ++m)
+            replicates.estimates(m, begin, std::span(of).subspan(m * count, count));
+        for (std::size_t i = 0; i < count; ++i) {
             bool suspect = false;
             for (std::size_t s = 0; s < pass.shares.size(); ++s) {
                 const Share& share = pass.shares[s];
                 const Estimate estimate = means.estimate(
-                    share, s, places[i], [&](std::size_t m) { return replicates.estimate(m, i); });
-                s_.account.store(pass, share, places[i], estimate);
+                    share, s, places[i], [&](std::size_t m) { return of[m * count + i]; });
+                s_.account.store(pass, s, places[i], estimate, stored);
                 suspect |= replicates.completed() > 1 &&
                            misses_mirror_limit(pass, share, places[i], estimate,
                                                error_bound(estimate, s_.job.precision));
             }
-            if (suspect) s_.account.suspected.add(pass, places[i]);
+            if (suspect) stored.suspected.add(pass, places[i]);
         }
     }
 
