@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -77,23 +78,24 @@ class Builder : public nlohmann::json_sax<Json> {
             refuse("the number at " + place(text_, byte_index) + " is too large for a double",
                    pointer());
         if (text_.empty()) refuse("it is empty");
-        refuse(place(text_, byte_index) + ": " + reason(error.what()));
+        refuse(place(text_, byte_index) + ": " + reason(error.what()), pointer());
     }
 
   private:
     struct Open {
         Json* value;
-        std::string name;  ///< of the member being read, in an object
+        std::optional<std::string> name;  ///< of the last member, in an object
     };
 
-    /// Where the value being read stands.
+    /// Where the value being read stands, or the last one that was.
     std::string pointer() const {
         std::string result;
         for (const Open& open : stack_) {
             const bool innermost = &open == &stack_.back();  // an outer array holds its open entry
+            if (open.value->is_object() && !open.name) break;
             result = join_pointer(result,
                                   open.value->is_object()
-                                      ? open.name
+                                      ? *open.name
                                       : std::to_string(open.value->size() - (innermost ? 0 : 1)));
         }
         return result;
@@ -103,7 +105,7 @@ class Builder : public nlohmann::json_sax<Json> {
             refuse("it has more than " + std::to_string(values_max_) + " values", pointer());
         if (stack_.empty()) return &(root_ = std::move(value));
         Json& parent = *stack_.back().value;
-        if (parent.is_object()) return &(parent[stack_.back().name] = std::move(value));
+        if (parent.is_object()) return &(parent[*stack_.back().name] = std::move(value));
         parent.push_back(std::move(value));
         return &parent.back();
     }
@@ -115,7 +117,7 @@ class Builder : public nlohmann::json_sax<Json> {
         if (stack_.size() >= depth_max_)
             refuse("arrays and objects nest deeper than " + std::to_string(depth_max_) + " levels",
                    pointer());
-        stack_.push_back({place_value(std::move(value)), ""});
+        stack_.push_back({place_value(std::move(value)), {}});
         return true;
     }
     bool close() {
