@@ -9,6 +9,7 @@
 
 #include "server/compute/fresnel.h"
 #include "server/compute/multiscatter.h"
+#include "server/compute/unread.h"
 #include "server/spec/layouts.h"
 
 namespace kiln {
@@ -278,6 +279,7 @@ class Planner {
     }
 
     void say_what_is_left_out() {
+        plan_.left_out = unread_fields(job_);
         int terms = 0;
         bool averaged = false, all_slices = false;
         for (const Pass& pass : plan_.passes) {

@@ -10,6 +10,7 @@
 
 #include "server/compute/averages.h"
 #include "server/compute/native.h"
+#include "server/compute/unread.h"
 #include "server/spec/words.h"
 #include "tests/compute/models.h"
 
@@ -49,6 +50,36 @@ void costs(const JobSpec& job, const Cost& cost, const char* label) {
     EXPECT_EQ(leaves_out(outcome, "Fresnel term"), cost.without_fresnel) << label;
     EXPECT_EQ(leaves_out(outcome, "multiple-scattering term"), cost.without_multiscatter) << label;
     EXPECT_EQ(leaves_out(outcome, "diffuse lobe"), cost.without_diffuse) << label;
+}
+
+TEST(Plan, WhatIsSetAndNotReadIsSaid) {
+    using enum Quantity;
+    JobSpec job;
+    const auto unread = [&] {
+        std::string all;
+        for (const LeftOut& item : unread_fields(job)) all += item.what + ";";
+        return all;
+    };
+    job.quantities = {split_sum_scale, split_sum_bias};
+    EXPECT_EQ(unread(), "");
+    job.fresnel.exponent = 7;  // A and B have that
+    EXPECT_EQ(unread(), "");
+    job.fresnel.f0 = {0.08};
+    EXPECT_EQ(unread(), "f0 and f90;");
+    job.quantities = {split_sum_scale, specular_albedo};  // which reads it
+    EXPECT_EQ(unread(), "");
+    job.quantities = {directional_albedo};
+    job.fresnel.model = Fresnel::dielectric;
+    EXPECT_EQ(unread(), "fresnel \"dielectric\";");
+    job.seed = 5;
+    job.sampler = Sampler::random;
+    EXPECT_EQ(unread(), "fresnel \"dielectric\";");
+    job.integrator = Integrator::quadrature;
+    EXPECT_EQ(unread(), "fresnel \"dielectric\";sampler, seed;");
+
+    JobSpec small = few({split_sum_scale});
+    small.fresnel.f0 = {0.08};
+    EXPECT_TRUE(leaves_out(bake(small), "f0 and f90"));
 }
 
 TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
