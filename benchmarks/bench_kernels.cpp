@@ -70,19 +70,18 @@ void run(benchmark::State& state, Backend& backend, const QuadratureKind& what) 
         const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
         texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
     }
-    const std::vector<double> rule = quadrature_nodes(kOrder);
+    const std::vector<double> rule = quadrature_nodes(what, kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
     const auto parameters = any_parameters<Scalar>();
     std::vector<Scalar> values(quadrature_planes(what) * kStride);
     for (auto _ : state) {
         backend.run(QuadratureLaunch<Scalar>{
             what, kStride, texels, nodes,
-            std::span<const Scalar>(parameters).first(kFresnelParameters), kOrder, values});
+            std::span<const Scalar>(parameters).first(kQuadratureParameters), kOrder, values});
         benchmark::DoNotOptimize(values.data());
     }
-    const bool fresnel = what.fresnel != kNoFresnel;
     state.counters["nodes/s"] =
-        benchmark::Counter(static_cast<double>(kStride * quadrature_evaluations(kOrder, fresnel)),
+        benchmark::Counter(static_cast<double>(kStride * quadrature_evaluations(what, kOrder)),
                            benchmark::Counter::kIsIterationInvariantRate);
 }
 
@@ -103,6 +102,7 @@ const std::map<std::string, QuadratureKind> kQuadratures = {
     {"quadrature_E", {}},
     {"quadrature_B", {.fresnel = kSchlickWeight}},
     {"quadrature_dielectric", {.fresnel = 3}},
+    {"quadrature_burley", {.diffuse = 1}},
     {"quadrature_B_float64", {.fresnel = kSchlickWeight, .precision = Precision::float64}},
 };
 

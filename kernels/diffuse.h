@@ -12,12 +12,12 @@ typedef struct {
 
 // 1 + V·L is a sum of terms none of which is negative, so that it keeps its digits as V and L
 // become opposite along the surface. There VoH = 0, and NoH takes its limit along NoV = NoL, 1.
-KILN_FUNCTION Directions diffuse_directions(real NoV, scalar NoL, scalar sinL, scalar cos_phi) {
+KILN_FUNCTION Directions diffuse_directions(real NoV, real NoL, real sinL, scalar cos_phi) {
     Directions d;
     d.NoV = NoV;
     d.sinV = lane_sqrt((K(1.0) - NoV) * (K(1.0) + NoV));
-    d.NoL = lanes(NoL);
-    d.sinL = lanes(sinL);
+    d.NoL = NoL;
+    d.sinL = sinL;
     d.cos_phi = lanes(cos_phi);
     const real cosines = d.NoL * d.NoV, sines = d.sinL * d.sinV;
     // 1 − sinL² sinV²

@@ -18,6 +18,7 @@
 #include "kernels/material.h"
 #include "kernels/ray.h"
 #include "kernels/quadrature.h"
+#include "kernels/quadrature_diffuse.h"
 #include "kernels/lane_table.h"
 #include "kernels/measured.h"
 #include "kernels/measured_albedo.h"

@@ -40,7 +40,7 @@ KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
 
 KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,
                                 real roughness, KILN_GLOBAL const scalar* point, Sums sums) {
-    const Directions d = diffuse_directions(NoV, point[1], point[2], point[0]);
+    const Directions d = diffuse_directions(NoV, lanes(point[1]), lanes(point[2]), point[0]);
     for (int c = 0; c < 3; ++c) {
         const int diffuse = KILN_TERM_DIFFUSE << c, transmitted = KILN_TERM_TRANSMITTED << c;
         if (!(what.terms & (diffuse | transmitted))) continue;

@@ -25,7 +25,9 @@ Averages exact_averages(const JobSpec& job, Backend& native, const Control& cont
         if (control.cancelled()) throw Cancelled();
     };
     Averages averages;
-    averages.deficit = quadrature_averages(native, job.masking, alpha, kExact, between).deficit;
+    averages.deficit = quadrature_averages(native, quadrature_average_kind(job.masking), {}, alpha,
+                                           kExact, between)
+                           .mean;
     averages.standard_error.assign(places.count(), 0);
     return averages;
 }

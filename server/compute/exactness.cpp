@@ -99,12 +99,20 @@ class Check {
         return exact_table(job, tolerance_, native_, pool_, control_);
     }
 
+    QuadratureKind dearest_kind() const {
+        QuadratureKind kind;
+        kind.fresnel = kSchlickWeight;
+        const auto& asked = served_.quantities;
+        if (std::any_of(asked.begin(), asked.end(), reads_diffuse)) kind.diffuse = 0;
+        return kind;
+    }
+
     /// Whether quadrature at so many places costs little beside what made the table.
     bool is_affordable(std::uint64_t places) const {
         const std::size_t start = quadrature_start(tolerance_);
         std::uint64_t nodes = 0;
         for (const std::size_t step : {start, start + 1})
-            nodes += quadrature_evaluations(kQuadratureSteps[step].order, true);
+            nodes += quadrature_evaluations(dearest_kind(), kQuadratureSteps[step].order);
         const std::vector<Channel> channels = channels_of(served_);
         if (std::any_of(channels.begin(), channels.end(),
                         [](const Channel& channel) { return channel.colour != 0; }))

@@ -44,14 +44,20 @@ class NativeBackend : public Backend {
         run_groups(launch, kernels_.double_lanes, kernels_.find_double(launch.what.material));
     }
     void run(const QuadratureLaunch<float>& launch) override {
-        run_quadrature(launch, kernels_.float_lanes,
-                       kernels_.find_quadrature_float(static_cast<int>(launch.what.masking),
-                                                      launch.what.fresnel));
+        const QuadratureKind& what = launch.what;
+        run_quadrature(
+            launch, kernels_.float_lanes,
+            what.diffuse != kSpecular
+                ? kernels_.diffuse_quadrature_float
+                : kernels_.find_quadrature_float(static_cast<int>(what.masking), what.fresnel));
     }
     void run(const QuadratureLaunch<double>& launch) override {
-        run_quadrature(launch, kernels_.double_lanes,
-                       kernels_.find_quadrature_double(static_cast<int>(launch.what.masking),
-                                                       launch.what.fresnel));
+        const QuadratureKind& what = launch.what;
+        run_quadrature(
+            launch, kernels_.double_lanes,
+            what.diffuse != kSpecular
+                ? kernels_.diffuse_quadrature_double
+                : kernels_.find_quadrature_double(static_cast<int>(what.masking), what.fresnel));
     }
     void run(const MeasuredLaunch<float>& launch) override {
         run_measured(launch, kernels_.float_lanes,
@@ -84,8 +90,9 @@ class NativeBackend : public Backend {
         each_group(launch.texel_stride, lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.parameters.data(), launch.what.fresnel, launch.order.elevation,
-                      launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
+                      launch.parameters.data(), launch.what.fresnel, launch.what.diffuse,
+                      launch.order.elevation, launch.order.azimuth, launch.texel_stride,
+                      launch.values.data() + first});
         });
     }
 

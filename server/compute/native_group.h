@@ -44,7 +44,7 @@ struct NativeQuadratureGroup {
     const Scalar* alpha;
     const Scalar* nodes;
     const Scalar* parameters;
-    int fresnel;
+    int fresnel, diffuse;
     unsigned order, azimuths;
     unsigned long texel_stride;
     Scalar* values;
@@ -84,6 +84,8 @@ struct NativeKernels {
     NativeFunction<double> (*find_double)(const KernelMaterial&);
     NativeQuadrature<float> (*find_quadrature_float)(int masking, int fresnel);
     NativeQuadrature<double> (*find_quadrature_double)(int masking, int fresnel);
+    NativeQuadrature<float> diffuse_quadrature_float;
+    NativeQuadrature<double> diffuse_quadrature_double;
     NativeMeasured<float> measured_values_float, measured_albedos_float;
     NativeMeasured<double> measured_values_double, measured_albedos_double;
 };

@@ -20,6 +20,16 @@ static void group_quadrature(const NativeQuadratureGroup<scalar>& group) {
     if (fresnel != KILN_FRESNEL_NONE) store(group.values + 2 * group.texel_stride, albedo.B);
 }
 
+static void group_quadrature_diffuse(const NativeQuadratureGroup<scalar>& group) {
+    real NoV, alpha;
+    for (int lane = 0; lane < KILN_LANES; ++lane) {
+        NoV[lane] = group.NoV[lane];
+        alpha[lane] = group.alpha[lane];
+    }
+    store(group.values, quadrature_diffuse(group.diffuse, group.fresnel, group.parameters, NoV,
+                                           alpha, group.nodes, group.order, group.azimuths));
+}
+
 static NativeQuadrature<scalar> find_quadrature(int masking, int fresnel) {
     constexpr NativeQuadrature<scalar> functions[2][3] = {
         {group_quadrature<0, KILN_FRESNEL_NONE>, group_quadrature<0, KILN_FRESNEL_SCHLICK>,

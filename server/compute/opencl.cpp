@@ -60,6 +60,9 @@ Definitions definitions_of(const Specialisation& what) {
 
 const char* entry_of(const QuadratureKind&) { return "quadrature_table"; }
 Definitions definitions_of(const QuadratureKind& what) {
+    if (what.diffuse != kSpecular)
+        return {
+            {"KILN_QUADRATURE", 2}, {"KILN_DIFFUSE", what.diffuse}, {"KILN_FRESNEL", what.fresnel}};
     return {{"KILN_QUADRATURE", 1},
             {"KILN_MASKING", static_cast<int>(what.masking)},
             {"KILN_FRESNEL", what.fresnel}};
@@ -262,11 +265,11 @@ struct OpenClBackend::State {
         constexpr std::size_t kStride = 64;
         constexpr QuadratureOrder kOrder{14, 14};
         const std::vector<Scalar> texels = trial_texels<Scalar>(8);
-        const std::vector<double> rule = quadrature_nodes(kOrder);
+        const std::vector<double> rule = quadrature_nodes(what, kOrder);
         const std::vector<Scalar> nodes(rule.begin(), rule.end());
         std::vector<Scalar> mine(quadrature_planes(what) * kStride), wanted(mine.size());
         const auto numbers = any_parameters<Scalar>();
-        const auto parameters = std::span<const Scalar>(numbers).first(kFresnelParameters);
+        const auto parameters = std::span<const Scalar>(numbers).first(kQuadratureParameters);
         Room room;
         QuadratureLaunch<Scalar> trial{what, kStride, texels, nodes, parameters, kOrder, mine};
         launch(program, trial, room);

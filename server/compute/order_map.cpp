@@ -25,7 +25,7 @@ struct Around {
 }  // namespace
 
 OrderMap make_order_map(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                        const std::array<double, kFresnelParameters>& parameters,
+                        const QuadratureParameters& parameters,
                         const QuadratureTolerance& tolerance, Backend& backend) {
     constexpr double kGrowth = 2, kMargin = 4;
     const std::int64_t width = job.resolution[0], height = job.resolution[1];

@@ -21,7 +21,7 @@ struct OrderMap {
 /// lets the lower order do. `places` are those of a table of two axes, which job says how to
 /// divide.
 OrderMap make_order_map(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                        const std::array<double, kFresnelParameters>& parameters,
+                        const QuadratureParameters& parameters,
                         const QuadratureTolerance& tolerance, Backend& backend);
 
 }  // namespace kiln

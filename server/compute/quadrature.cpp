@@ -68,7 +68,7 @@ class Raising {
         result_.step.resize(NoV_.size());
         result_.error.assign(NoV_.size(), unknown);
         result_.deficit_error.assign(NoV_.size(), unknown);
-        if (has_fresnel()) result_.B.resize(NoV_.size());
+        if (has_B()) result_.B.resize(NoV_.size());
     }
 
     QuadratureResult run() {
@@ -96,14 +96,14 @@ class Raising {
                                      bool compare) {
         step_ = static_cast<std::uint8_t>(step);
         order_ = kQuadratureSteps[step].order;
-        const std::vector<double> nodes = quadrature_nodes(order_);
+        const std::vector<double> nodes = quadrature_nodes(kind_, order_);
         nodes_.assign(nodes.begin(), nodes.end());
         std::vector<std::size_t> left;
         for (std::size_t first = 0; first < texels.size(); first += backend_.block_places()) {
             const std::size_t count = std::min(backend_.block_places(), texels.size() - first);
             block(texels.subspan(first, count), compare, left);
         }
-        result_.evaluations += texels.size() * quadrature_evaluations(order_, has_fresnel());
+        result_.evaluations += texels.size() * quadrature_evaluations(kind_, order_);
         result_.order_max = order_;
         return left;
     }
@@ -112,7 +112,8 @@ class Raising {
     void block(std::span<const std::size_t> places, bool compare, std::vector<std::size_t>& left) {
         const std::size_t stride = (places.size() + kLanesMax - 1) / kLanesMax * kLanesMax;
         texels_.resize(2 * stride);
-        values_.resize(quadrature_planes(kind_) * stride);
+        const std::size_t planes = quadrature_planes(kind_);
+        values_.resize(planes * stride);
         for (std::size_t i = 0; i < stride; ++i) {
             const std::size_t place = places[std::min(i, places.size() - 1)];
             texels_[i] = static_cast<Scalar>(NoV_[place]);
@@ -121,8 +122,8 @@ class Raising {
         backend_.run(
             QuadratureLaunch<Scalar>{kind_, stride, texels_, nodes_, parameters_, order_, values_});
         for (std::size_t i = 0; i < places.size(); ++i) {
-            const double E = values_[i], deficit = values_[stride + i];
-            const double B = has_fresnel() ? values_[2 * stride + i] : Scalar(0);
+            const double E = values_[i], deficit = planes > 1 ? values_[stride + i] : Scalar(0);
+            const double B = planes > 2 ? values_[2 * stride + i] : Scalar(0);
             if (!std::isfinite(E) || !std::isfinite(B) || !std::isfinite(deficit))
                 throw Error("non_finite", "the quadrature gave a value that is not finite");
             const std::size_t place = places[i];
@@ -130,21 +131,21 @@ class Raising {
             result_.E[place] = E;
             result_.deficit[place] = deficit;
             result_.step[place] = step_;
-            if (has_fresnel()) result_.B[place] = B;
+            if (has_B()) result_.B[place] = B;
             if (!agrees(place)) left.push_back(place);
         }
     }
 
     void note_error(std::size_t place, double E, double B, double deficit) {
         double difference = std::abs(E - result_.E[place]);
-        if (has_fresnel()) difference = std::max(difference, std::abs(B - result_.B[place]));
+        if (has_B()) difference = std::max(difference, std::abs(B - result_.B[place]));
         result_.error[place] = static_cast<float>(difference);
         const double change = std::abs(deficit - result_.deficit[place]);
         result_.deficit_error[place] =
             static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
     }
 
-    bool has_fresnel() const { return kind_.fresnel != kNoFresnel; }
+    bool has_B() const { return quadrature_planes(kind_) > 2; }
 
     bool agrees(std::size_t place) const {
         return result_.error[place] <= tolerance_.absolute &&
@@ -172,8 +173,15 @@ std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts) {
     return nodes;
 }
 
-std::vector<double> quadrature_nodes(QuadratureOrder order) {
-    return gauss_legendre({order.elevation, order.elevation / 2, order.azimuth});
+std::vector<double> quadrature_nodes(const QuadratureKind& kind, QuadratureOrder order) {
+    const unsigned n = order.elevation;
+    if (kind.diffuse == kSpecular) return gauss_legendre({n, n / 2, order.azimuth});
+    std::vector<double> nodes = gauss_legendre({n, order.azimuth});
+    for (std::size_t i = 2 * n; i < nodes.size(); i += 2) {
+        nodes[i] = cos_turn(nodes[i] / 4);
+        nodes[i + 1] /= 2;
+    }
+    return nodes;
 }
 
 QuadratureResult integrate_quadrature(Backend& backend, const QuadratureKind& kind,

@@ -10,7 +10,8 @@
 
 #include "server/compute/backend.h"
 
-// Deterministic quadrature, see kernels/quadrature.h for the rule.
+// Deterministic quadrature, see kernels/quadrature.h and kernels/quadrature_diffuse.h for the
+// rules.
 //
 // Largest error of one order against order 40, both maskings, over a 256 x 256 table (NoV and
 // roughness at texel centres, so alpha from 3.8e-6), in double; the deficit's is relative:
@@ -26,19 +27,25 @@
 //   28, 28               2044    4e-13   4e-11   7e-10
 // On the whole, with NoV and alpha in [1e-4, 1] anywhere, some ten times that. In float, rounding
 // adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit.
+//
+// Diffuse lobes stay below that table: at most 4e-2 at order 4, 2e-3 at 6, 1e-4 at 8, 7e-6 at 10,
+// 9e-7 at 12, 1e-7 at 14, 2e-8 at 16, 9e-10 at 20, 4e-11 at 28 (the last six by oren_nayar_full;
+// against order 112, NoV from 1e-4).
 namespace kiln {
 
 /// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
-constexpr std::uint64_t quadrature_evaluations(QuadratureOrder order, bool fresnel) {
-    const std::uint64_t n = order.elevation, reflecting = 2 * n + n / 2;
-    return reflecting * (fresnel ? 1 + std::uint64_t{order.azimuth} : 1) + n / 2;
+/// Of a diffuse lobe: two pieces of both.
+constexpr std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder order) {
+    const std::uint64_t n = order.elevation, m = order.azimuth, reflecting = 2 * n + n / 2;
+    if (kind.diffuse != kSpecular) return 2 * n * 2 * m;
+    return reflecting * (kind.fresnel != kNoFresnel ? 1 + m : 1) + n / 2;
 }
 
 /// (node, weight) of the Gauss-Legendre rule on [0, 1], of each of these counts in turn: by + - x /
 /// and square roots alone, so the same on every machine. Error <= 2e-16.
 std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts);
 /// Those that a launch of this order takes.
-std::vector<double> quadrature_nodes(QuadratureOrder order);
+std::vector<double> quadrature_nodes(const QuadratureKind& kind, QuadratureOrder order);
 
 /// The orders that are tried in turn, with the largest error of E and B in the table above.
 struct QuadratureStep {
@@ -73,7 +80,8 @@ struct QuadratureTolerance {
 
 /// Texels in the order of the request.
 struct QuadratureResult {
-    std::vector<double> E, B, deficit;  ///< B is empty unless asked for
+    /// B is empty unless asked for. Of a diffuse lobe E is the albedo, and the deficit 0.
+    std::vector<double> E, B, deficit;
     /// Difference of the last two orders, the larger of E's and B's: the error of the lower one,
     /// and a bound on that of the value. In float, rounding adds at most kQuadratureFloatRounding.
     std::vector<float> error;
@@ -85,10 +93,10 @@ struct QuadratureResult {
     bool converged() const { return unsettled == 0; }
 };
 
-/// Where to integrate, NoV and alpha (of equal length) in [0, 1], and the Fresnel term's scalars.
+/// Where to integrate, NoV and alpha (of equal length) in [0, 1], and the numbers of the models.
 struct QuadraturePlaces {
     std::span<const double> NoV, alpha;
-    std::array<double, kFresnelParameters> parameters{};
+    QuadratureParameters parameters{};
     /// In kQuadratureSteps: the orders to take, with no second one to compare with and no error
     /// (infinity). Empty: as many as they need.
     std::span<const std::uint8_t> steps{};
@@ -118,17 +126,19 @@ double quadrature_directional_albedo(double NoV, double alpha, Masking masking);
 /// 1 - E alone, without the subtraction.
 double quadrature_deficit(double NoV, double alpha, Masking masking);
 struct QuadratureAverages {
-    std::vector<double> deficit;  ///< 1 - E_avg at each alpha
+    std::vector<double> mean;  ///< at each alpha: 1 - E_avg, or the average diffuse albedo
     std::uint64_t evaluations = 0;
 };
 
-/// E_avg = 2 * integral of E NoV dNoV, within `tolerance`; at 1e-9 the relative error of 1 - E_avg
-/// is
-/// <= 1e-6 for alpha >= 1e-4 as well. `between` is called between launches and may throw.
-QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
+/// 2 * integral of 1 - E or a diffuse albedo, NoV dNoV, within `tolerance`; at 1e-9 the relative
+/// error of 1 - E_avg is <= 1e-6 for alpha >= 1e-4 as well. `kind` is one of
+/// quadrature_average_kind or of a diffuse lobe in double. `between` is called between launches and
+/// may throw.
+QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& kind,
+                                       const QuadratureParameters& parameters,
                                        std::span<const double> alpha, double tolerance,
                                        const std::function<void()>& between);
-/// What its launches are specialised on.
+/// Of the deficit.
 QuadratureKind quadrature_average_kind(Masking masking);
 
 }  // namespace kiln

@@ -41,33 +41,39 @@ class AverageRule {
     std::vector<double> nodes_;
 };
 
-/// At one order of the rule and at the places named; E's own order is raised as it needs.
-QuadratureAverages at_order(Backend& backend, Masking masking, std::span<const double> alpha,
+/// At one order of the rule and at the places named; the integrand's own is raised as it needs.
+QuadratureAverages at_order(Backend& backend, const QuadratureKind& kind,
+                            const QuadratureParameters& parameters, std::span<const double> alpha,
                             std::span<const std::size_t> places, const AverageRule& rule,
                             double tolerance) {
+    const bool matte = kind.diffuse != kSpecular;
     std::vector<double> NoV, weights, alphas;
     for (const std::size_t place : places) {
-        rule.append(alpha[place], NoV, weights);
+        rule.append(matte ? 1 : alpha[place], NoV, weights);
         alphas.insert(alphas.end(), rule.order(), alpha[place]);
     }
-    const QuadratureResult found = integrate_quadrature(backend, quadrature_average_kind(masking),
-                                                        {NoV, alphas, {}, {}}, tenth(tolerance));
+    const QuadratureTolerance each =
+        matte ? QuadratureTolerance{tolerance / 10, 0} : tenth(tolerance);
+    const QuadratureResult found =
+        integrate_quadrature(backend, kind, {NoV, alphas, parameters, {}}, each);
+    const std::vector<double>& values = matte ? found.E : found.deficit;
     QuadratureAverages sums{{}, found.evaluations};
     for (std::size_t i = 0; i < weights.size(); i += rule.order())
-        sums.deficit.push_back(
+        sums.mean.push_back(
             std::inner_product(weights.begin() + static_cast<std::ptrdiff_t>(i),
                                weights.begin() + static_cast<std::ptrdiff_t>(i + rule.order()),
-                               found.deficit.begin() + static_cast<std::ptrdiff_t>(i), 0.0));
+                               values.begin() + static_cast<std::ptrdiff_t>(i), 0.0));
     return sums;
 }
 
 }  // namespace
 
 QuadratureKind quadrature_average_kind(Masking masking) {
-    return {masking, kNoFresnel, Precision::float64};
+    return {masking, kNoFresnel, Precision::float64, kSpecular};
 }
 
-QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
+QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& kind,
+                                       const QuadratureParameters& parameters,
                                        std::span<const double> alpha, double tolerance,
                                        const std::function<void()>& between) {
     constexpr std::size_t kPlacesALaunch = 256;
@@ -75,7 +81,7 @@ QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
     std::vector<std::size_t> left;
     const std::size_t start = quadrature_start(std::max(tolerance, 1e-6));
     for (std::size_t i = 0; i < alpha.size(); ++i)
-        if (alpha[i] > 0) left.push_back(i);
+        if (alpha[i] > 0 || kind.diffuse != kSpecular) left.push_back(i);
     for (std::size_t step = start; step <= kQuadratureLast && !left.empty(); ++step) {
         const AverageRule rule(kQuadratureSteps[step].order.elevation);
         std::vector<std::size_t> unsettled;
@@ -83,11 +89,11 @@ QuadratureAverages quadrature_averages(Backend& backend, Masking masking,
             const auto places =
                 std::span(left).subspan(first, std::min(kPlacesALaunch, left.size() - first));
             const QuadratureAverages sums =
-                at_order(backend, masking, alpha, places, rule, tolerance);
+                at_order(backend, kind, parameters, alpha, places, rule, tolerance);
             result.evaluations += sums.evaluations;
             for (std::size_t i = 0; i < places.size(); ++i) {
-                double& value = result.deficit[places[i]];
-                const double next = sums.deficit[i];
+                double& value = result.mean[places[i]];
+                const double next = sums.mean[i];
                 const bool agree =
                     std::abs(next - value) <=
                     (tolerance > 1e-9 ? tolerance / 10 : std::min(1e-10, 1e-6 * next));

@@ -21,8 +21,9 @@ constexpr std::size_t kStart = quadrature_start(1e-9);
 const std::vector<double>& nodes_of(std::size_t step) {
     static const auto tables = [] {
         std::array<std::vector<double>, std::size(kQuadratureSteps)> all;
-        std::transform(std::begin(kQuadratureSteps), std::end(kQuadratureSteps), all.begin(),
-                       [](const QuadratureStep& tried) { return quadrature_nodes(tried.order); });
+        std::transform(
+            std::begin(kQuadratureSteps), std::end(kQuadratureSteps), all.begin(),
+            [](const QuadratureStep& tried) { return quadrature_nodes({}, tried.order); });
         return all;
     }();
     return tables[step];

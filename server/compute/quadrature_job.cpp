@@ -25,6 +25,9 @@ constexpr std::size_t kMappedPlaces = 4096;
 /// float would be weighed against it.
 constexpr double kSparseTolerance = 1e-5;
 
+/// Of a diffuse lobe's average, of a float job.
+constexpr double kFloatAverage = 1e-7;
+
 /// Of 1 - E where it is asked for, relative.
 constexpr double kDeficitTolerance = 1e-6;
 
@@ -34,21 +37,48 @@ struct Means {
     std::vector<float> error;
 };
 
-/// One run of the kernel: E and the deficit, and the term that it adds to them (or kWeight).
+/// One run of the kernel: E and the deficit, and the term that it adds to them (or kWeight). Of a
+/// diffuse lobe the term alone.
 struct Integral {
     QuadratureKind kind;
     std::size_t term = kWeight;
-    std::array<double, kFresnelParameters> parameters{};
+    QuadratureParameters parameters{};
 };
+
+/// The scalars of a channel's Fresnel term, and the diffuse albedo.
+QuadratureParameters parameters_of(const Pass& pass, std::size_t colour) {
+    QuadratureParameters parameters;
+    std::copy_n(pass.parameters.begin() + static_cast<std::ptrdiff_t>(colour * kFresnelParameters),
+                kFresnelParameters, parameters.begin());
+    parameters.back() = pass.parameters[kAlbedoParameter + colour];
+    return parameters;
+}
+
+std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass) {
+    const KernelMaterial& material = pass.what.material;
+    // Averages are integrated in double, as their deficits are.
+    const Precision precision = material.averaged ? Precision::float64 : job.precision;
+    std::vector<Integral> list;
+    for (std::size_t colour = 0; colour < 3; ++colour)
+        for (const std::size_t first : {kDiffuse, kTransmitted}) {
+            const std::size_t term = first + colour;
+            if (!(material.terms >> term & 1)) continue;
+            const int fresnel = first == kTransmitted ? material.fresnel : kNoFresnel;
+            list.push_back({{Masking::smith_correlated, fresnel, precision, material.diffuse},
+                            term,
+                            parameters_of(pass, colour)});
+        }
+    return list;
+}
 
 /// The runs that a pass takes, one for each Fresnel term in it.
 std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     const KernelMaterial& material = pass.what.material;
+    if (std::vector<Integral> matte = diffuse_integrals_of(job, pass); !matte.empty()) return matte;
     if (material.averaged) return {{quadrature_average_kind(job.masking), kWeight, {}}};
     std::vector<Integral> list;
-    const auto add = [&](std::size_t term, int fresnel,
-                         const std::array<double, kFresnelParameters>& parameters) {
-        list.push_back({{job.masking, fresnel, job.precision}, term, parameters});
+    const auto add = [&](std::size_t term, int fresnel, const QuadratureParameters& parameters) {
+        list.push_back({{job.masking, fresnel, job.precision, kSpecular}, term, parameters});
     };
     if (material.terms & 1 << kSchlick) {
         const double exponent = pass.parameters[kExponentParameter];
@@ -59,11 +89,7 @@ std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     }
     for (std::size_t colour = 0; colour < 3; ++colour) {
         if (!(material.terms & 1 << (kColour + colour))) continue;
-        std::array<double, kFresnelParameters> parameters;
-        std::copy_n(
-            pass.parameters.begin() + static_cast<std::ptrdiff_t>(colour * parameters.size()),
-            parameters.size(), parameters.begin());
-        add(kColour + colour, material.fresnel, parameters);
+        add(kColour + colour, material.fresnel, parameters_of(pass, colour));
     }
     if (list.empty()) add(kWeight, kNoFresnel, {});
     return list;
@@ -261,6 +287,10 @@ class Quadrature {
             const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
             for (std::size_t i = 0; i < count; ++i)
                 means.error[i] = std::max(means.error[i], errors[i]);
+            if (integral.kind.diffuse != kSpecular) {
+                means.of[integral.term] = std::move(found.E);
+                continue;
+            }
             if (integral.term != kWeight) means.of[integral.term] = std::move(found.B);
             means.of[kWeight] = std::move(found.E);
             means.of[kDeficit] = std::move(found.deficit);
@@ -268,17 +298,29 @@ class Quadrature {
         return means;
     }
 
-    /// E_avg of each roughness.
+    /// E_avg, or the average diffuse albedos, of each roughness.
     Means averaged(const Pass& pass, std::size_t first, std::size_t count) {
         std::vector<double> alpha;
         for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
-        QuadratureAverages found = quadrature_averages(backend_, job_.masking, alpha, tolerance_,
-                                                       [this] { stay_in_touch(); });
-        count_work(found.evaluations, kWeight, pass.what.material.terms);
         Means means;
-        means.of[kDeficit] = std::move(found.deficit);
-        for (const double deficit : means.of[kDeficit]) means.of[kWeight].push_back(1 - deficit);
-        means.error.assign(count, static_cast<float>(tolerance_));
+        for (const Integral& integral : integrals_of(job_, pass)) {
+            const bool matte = integral.kind.diffuse != kSpecular;
+            // A float holds no more of an albedo; of the deficit it does.
+            const bool coarse = matte && job_.precision == Precision::float32;
+            const double tolerance = coarse ? std::max(tolerance_, kFloatAverage) : tolerance_;
+            means.error.assign(count, static_cast<float>(tolerance));
+            QuadratureAverages found =
+                quadrature_averages(backend_, integral.kind, integral.parameters, alpha, tolerance,
+                                    [this] { stay_in_touch(); });
+            count_work(found.evaluations, integral.term, pass.what.material.terms);
+            if (matte) {
+                means.of[integral.term] = std::move(found.mean);
+                continue;
+            }
+            means.of[kDeficit] = std::move(found.mean);
+            for (const double deficit : means.of[kDeficit])
+                means.of[kWeight].push_back(1 - deficit);
+        }
         return means;
     }
 
@@ -299,7 +341,8 @@ class Quadrature {
     void count_work(std::uint64_t evaluations, std::size_t term, int terms) {
         Work& work = outcome_.report.work;
         work.brdf_evaluations += evaluations;
-        if (term != kWeight) work.fresnel_evaluations += evaluations;
+        const bool matte = term >= kDiffuse && term < kTransmitted;
+        if (term != kWeight && !matte) work.fresnel_evaluations += evaluations;
         if (terms & 1 << kDeficit) work.multiscatter_evaluations += evaluations;
     }
 

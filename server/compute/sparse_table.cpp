@@ -68,8 +68,7 @@ KnotLine::KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::siz
 }
 
 SparseTable::SparseTable(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                         const std::array<double, kFresnelParameters>& parameters, double tolerance,
-                         Backend& backend)
+                         const QuadratureParameters& parameters, double tolerance, Backend& backend)
     : places_(places),
       kind_(kind),
       parameters_(parameters),

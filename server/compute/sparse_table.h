@@ -41,8 +41,7 @@ class KnotLine {
 class SparseTable {
   public:
     SparseTable(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                const std::array<double, kFresnelParameters>& parameters, double tolerance,
-                Backend& backend);
+                const QuadratureParameters& parameters, double tolerance, Backend& backend);
 
     /// Values and estimated errors of `count` places from `first` on. `evaluations` are those of
     /// this call; those of the constructor come with the first.
@@ -69,7 +68,7 @@ class SparseTable {
 
     const Places& places_;
     const QuadratureKind kind_;
-    const std::array<double, kFresnelParameters> parameters_;
+    const QuadratureParameters parameters_;
     const double tolerance_;
     Backend& backend_;
     const std::size_t width_;

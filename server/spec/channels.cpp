@@ -62,9 +62,15 @@ bool reflects_totally(const JobSpec& job) {
 std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantity) {
     const auto quoted = [](std::string_view word) { return '"' + std::string(word) + '"'; };
     if (quantity == Quantity::fresnel_average) return {};  // exact
-    const bool matte = job.coupling == Coupling::kelemen || job.diffuse.model == DiffuseModel::none;
-    if (reads_diffuse(quantity) && !(quantity == Quantity::total_albedo && matte))
-        return "the diffuse lobe that " + quoted(to_word(quantity)) + " reads";
+    const bool total = quantity == Quantity::total_albedo;
+    const bool exact = job.coupling == Coupling::kelemen && total;
+    // Walks have no value at a pair of directions; Chan's bound of 1 on f is a fold, along a curve.
+    const bool rough = job.diffuse.model == DiffuseModel::ggx_lambert ||
+                       job.diffuse.model == DiffuseModel::chan2018;
+    if (reads_diffuse(quantity) && rough && !exact)
+        return "diffuse " + quoted(to_word(job.diffuse.model)) + ", which " +
+               quoted(to_word(quantity)) + " reads";
+    if (reads_diffuse(quantity) && !total) return {};
     if (!quadrature_knows_lobe(job))
         return "distribution " + quoted(to_word(job.distribution)) + " under masking " +
                quoted(to_word(job.masking));

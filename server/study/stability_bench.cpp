@@ -148,7 +148,7 @@ Bench::Sums Bench::run(const KernelMaterial& material,
 
 Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
     constexpr QuadratureOrder order{56, 56};  // 4e-12, see server/compute/quadrature.h
-    const std::vector<double> nodes = quadrature_nodes(order);
+    const std::vector<double> nodes = quadrature_nodes({}, order);
     const std::size_t stride = padded(places.size());
     Sums sums;
     const auto on = [&](Backend& backend, auto scalar, Precision precision,
@@ -158,13 +158,13 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
         const std::vector<Scalar> texels = texels_of<Scalar>(places);
         const std::vector<Scalar> own(nodes.begin(), nodes.end());
         std::vector<Scalar> values(3 * stride);
-        const std::vector<Scalar> parameters(kFresnelParameters);
-        backend.run(QuadratureLaunch<Scalar>{
-            {masking, kSchlickWeight, precision}, stride, texels, own, parameters, order, values});
+        const std::vector<Scalar> parameters(kQuadratureParameters);
+        const QuadratureKind kind{masking, kSchlickWeight, precision};
+        backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, own, parameters, order, values});
         for (std::size_t plane = 0; plane < 3; ++plane)
             for (std::size_t i = 0; i < places.size(); ++i)
                 out.push_back(static_cast<double>(values[plane * stride + i]));
-        evaluations_ += places.size() * quadrature_evaluations(order, true);
+        evaluations_ += places.size() * quadrature_evaluations(kind, order);
     };
     on(engine_.native(), 0.0f, Precision::float32, sums[kNativeFloat]);
     on(engine_.native(), 0.0, Precision::float64, sums[kNativeDouble]);
@@ -173,8 +173,9 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
 }
 
 double Bench::average_deficit(Masking masking, double alpha) {
-    return quadrature_averages(engine_.native(), masking, std::array{alpha}, 1e-9, [&] { look(); })
-        .deficit[0];
+    return quadrature_averages(engine_.native(), quadrature_average_kind(masking), {},
+                               std::array{alpha}, 1e-9, [&] { look(); })
+        .mean[0];
 }
 
 std::string plain(double value) {

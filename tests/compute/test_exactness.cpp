@@ -9,11 +9,13 @@
 
 #include "server/base/error.h"
 #include "server/compute/advice.h"
+#include "server/compute/lattice.h"
 #include "server/compute/native.h"
 #include "server/compute/quadrature.h"
 #include "server/spec/layouts.h"
 #include "server/spec/spec.h"
 #include "tests/compute/against_reference.h"
+#include "tests/reference/diffuse_models.h"
 
 namespace kiln {
 namespace {
@@ -83,16 +85,30 @@ TEST(Exactness, TakesEveryTexelWhereTheSamplesCostFarMore) {
 }
 
 TEST(Exactness, IsNullWithoutQuadratureAndReconstructionEstimated) {
-    const Outcome outcome =
-        bake(R"("quantities":["diffuse_albedo","directional_albedo"],"diffuse":{"model":"burley"},)"
-             R"("resolution":[16,16],"sample_count":4096)");
-    const ChannelError& diffuse = outcome.report.error[0];
-    EXPECT_FALSE(diffuse.reference_max);
-    EXPECT_FALSE(diffuse.reference_texels);
+    const std::string rest = R"(,"directional_albedo"],"resolution":[16,16],"sample_count":4096,)";
+    const Outcome walks =
+        bake(R"("quantities":["diffuse_albedo")" + rest + R"("diffuse":{"model":"ggx_lambert"})");
+    EXPECT_FALSE(walks.report.error[0].reference_max);
+    EXPECT_FALSE(walks.report.error[0].reference_texels);
+    EXPECT_TRUE(walks.report.error[0].reconstruction_max);
+    EXPECT_TRUE(walks.report.error[1].reference_max);
+
     // Burley's lobe is a polynomial of degree 5 in 1 - NoV, steepest at NoV = 0: its second
     // difference there, 20 (1 - 1/16)^3 / 16^2 / 8 of the coefficient 0.46 at roughness 1.
-    EXPECT_NEAR(diffuse.reconstruction_max.value(), 0.0037, 0.0015);
-    EXPECT_TRUE(outcome.report.error[1].reference_max);
+    const Outcome burley =
+        bake(R"("quantities":["diffuse_albedo")" + rest + R"("diffuse":{"model":"burley"})");
+    JobSpec job;
+    job.resolution = {16, 16};
+    job.axes.resize(2);
+    job.axes[0].parameter = Parameter::NoV;
+    job.axes[1].parameter = Parameter::roughness;
+    EXPECT_NEAR(estimated_reconstruction_max(job, burley.table.planes[0]), 0.0037, 0.0015);
+    // Quadrature knows what a lookup at the rim misses too: there the corner's texel stands.
+    const auto albedo = [](double NoV, double roughness) {
+        return reference::diffuse_albedo({reference::DiffuseModel::burley, roughness, 1}, NoV);
+    };
+    EXPECT_NEAR(burley.report.error[0].reconstruction_max.value(),
+                std::abs(albedo(1e-4, 1) - albedo(1.0 / 32, 31.0 / 32)), 1e-4);
 }
 
 /// Bilinear lookup of one plane at texture coordinates.

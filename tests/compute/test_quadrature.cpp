@@ -128,7 +128,9 @@ TEST(Quadrature, AveragesAreThoseOfTheReference) {
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const std::vector<double> alphas = {0, 1e-4, 0.01, 0.1, 0.25, 1.0};
     for (const Masking masking : kMaskings) {
-        const auto deficits = quadrature_averages(*backend, masking, alphas, 1e-9, [] {}).deficit;
+        const auto deficits =
+            quadrature_averages(*backend, quadrature_average_kind(masking), {}, alphas, 1e-9, [] {
+            }).mean;
         ASSERT_EQ(deficits.size(), alphas.size());
         EXPECT_EQ(deficits[0], 0);
         for (std::size_t i = 1; i < alphas.size(); ++i) {
@@ -146,7 +148,7 @@ TEST(Quadrature, AveragesAreThoseOfTheReference) {
 TEST(Quadrature, NodesAreGaussLegendres) {
     for (const auto& [order, error] : kQuadratureSteps) {
         const unsigned n = order.elevation / 2;
-        ASSERT_EQ(quadrature_nodes(order).size(), 2 * (3 * n + order.azimuth));
+        ASSERT_EQ(quadrature_nodes({}, order).size(), 2 * (3 * n + order.azimuth));
         const std::vector<double> nodes = gauss_legendre({n});
         // The rule of n nodes is exact up to degree 2n - 1, and not beyond.
         for (const unsigned degree : {0u, 1u, 2 * n - 1, 2 * n}) {
@@ -213,7 +215,7 @@ TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
     // Were all texels taken to the highest order that one of them needs, it would cost more.
     std::uint64_t all = 0;
     for (const auto& [order, error] : kQuadratureSteps)
-        if (order.azimuth <= result.order_max.azimuth) all += quadrature_evaluations(order, true);
+        if (order.azimuth <= result.order_max.azimuth) all += quadrature_evaluations(kind, order);
     EXPECT_LT(result.evaluations, all * request.NoV.size() / 2);
     const auto hopeless =
         integrate_quadrature(*backend, kind, {request.NoV, request.alpha, {}}, {1e-30, 0});
@@ -231,13 +233,13 @@ std::vector<Scalar> values(Backend& backend, const QuadratureKind& kind) {
         texels[i] = static_cast<Scalar>(request.NoV[i]);
         texels[stride + i] = static_cast<Scalar>(request.alpha[i]);
     }
-    const std::vector<double> rule = quadrature_nodes(kOrder);
+    const std::vector<double> rule = quadrature_nodes(kind, kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
     std::vector<Scalar> out(quadrature_planes(kind) * stride);
     const auto parameters = any_parameters<Scalar>();
     backend.run(QuadratureLaunch<Scalar>{
-        kind, stride, texels, nodes, std::span<const Scalar>(parameters).first(kFresnelParameters),
-        kOrder, out});
+        kind, stride, texels, nodes,
+        std::span<const Scalar>(parameters).first(kQuadratureParameters), kOrder, out});
     return out;
 }
 
@@ -245,15 +247,28 @@ template <typename Scalar>
 void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
     const auto mine = values<Scalar>(a, kind), other = values<Scalar>(b, kind);
     EXPECT_EQ(std::memcmp(mine.data(), other.data(), mine.size() * sizeof(Scalar)), 0)
-        << static_cast<int>(kind.masking) << kind.fresnel;
+        << static_cast<int>(kind.masking) << kind.fresnel << ' ' << kind.diffuse;
 }
 
-void expect_same_bits(Backend& a, Backend& b) {
-    for (const Masking masking : kMaskings)
-        for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel) {
-            expect_same_bits<float>(a, b, {masking, fresnel, Precision::float32});
-            expect_same_bits<double>(a, b, {masking, fresnel, Precision::float64});
-        }
+/// Every lobe under every Fresnel term: those of the diffuse lobes in turn.
+std::vector<QuadratureKind> kinds() {
+    constexpr int kDiffuseModels = 10;
+    std::vector<QuadratureKind> list;
+    for (const Precision precision : {Precision::float32, Precision::float64}) {
+        for (const Masking masking : kMaskings)
+            for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel)
+                list.push_back({masking, fresnel, precision});
+        for (int model = 0; model < kDiffuseModels; ++model)
+            list.push_back({kMaskings[0], model % kFresnelModels, precision, model});
+    }
+    return list;
+}
+
+void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
+    if (kind.precision == Precision::float64)
+        expect_same_bits<double>(a, b, kind);
+    else
+        expect_same_bits<float>(a, b, kind);
 }
 
 TEST(QuadratureOnNative, EveryInstructionSetAndThreadCountGivesTheSameBits) {
@@ -261,7 +276,8 @@ TEST(QuadratureOnNative, EveryInstructionSetAndThreadCountGivesTheSameBits) {
     const auto sets = usable_instruction_sets();
     const auto first = make_native_backend(one, sets.front());
     for (const InstructionSet set : sets)
-        expect_same_bits(*first, *make_native_backend(three, set));
+        for (const QuadratureKind& kind : kinds())
+            expect_same_bits(*first, *make_native_backend(three, set), kind);
 }
 
 TEST(QuadratureOnOpenCl, GivesTheBitsOfNative) {
@@ -273,20 +289,17 @@ TEST(QuadratureOnOpenCl, GivesTheBitsOfNative) {
     } catch (const std::exception& error) {
         GTEST_SKIP() << "no OpenCL device on this machine: " << error.what();
     }
-    for (const Masking masking : kMaskings)
-        for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel)
-            for (const Precision precision : {Precision::float32, Precision::float64}) {
-                const QuadratureKind kind{masking, fresnel, precision};
-                EXPECT_FALSE(device->built(kind));
-                device->build(kind);
-                // Of PoCL on a CPU equal bits are promised, so another class there is a failure.
-                const std::string name = device->name();
-                if (name.starts_with("pthread-") || name.starts_with("cpu-"))
-                    ASSERT_EQ(device->numerics(kind), kStrictNumerics) << name;
-                else if (device->numerics(kind) != kStrictNumerics)
-                    GTEST_SKIP() << name << " is no CPU and rounds in its own way";
-            }
-    expect_same_bits(*native, *device);
+    for (const QuadratureKind& kind : kinds()) {
+        EXPECT_FALSE(device->built(kind));
+        device->build(kind);
+        // Of PoCL on a CPU equal bits are promised, so another class there is a failure.
+        const std::string name = device->name();
+        if (name.starts_with("pthread-") || name.starts_with("cpu-"))
+            ASSERT_EQ(device->numerics(kind), kStrictNumerics) << name;
+        else if (device->numerics(kind) != kStrictNumerics)
+            GTEST_SKIP() << name << " is no CPU and rounds in its own way";
+        expect_same_bits(*native, *device, kind);
+    }
 }
 
 }  // namespace

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Quadrature of diffuse lobes, beside quadrature over (NoL, phi) that shares no line with it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "server/base/error.h"
+#include "server/compute/engine.h"
+#include "server/compute/native.h"
+#include "server/compute/quadrature.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+#include "tests/reference/diffuse_models.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kAlbedo = 0.8;
+constexpr double kF0 = 0.04;
+
+/// All whose lobe is analytic between the folds that the rule knows.
+std::vector<DiffuseModel> models() {
+    using enum DiffuseModel;
+    return {lambert, burley, burley_normalized, oren_nayar, oren_nayar_full,
+            fon,     eon,    eon_unreal,        chan2024};
+}
+
+reference::Diffuse truth(DiffuseModel model, double roughness) {
+    return {reference::diffuse_model(to_word(model)), roughness, kAlbedo};
+}
+
+/// 1 - F of Schlick's 0.04.
+const reference::DiffuseWeight kTransmitted = {[](double, double VoH) {
+                                                   const double m = 1 - VoH;
+                                                   return (1 - kF0) * (1 - m * m * m * m * m);
+                                               },
+                                               {},
+                                               {}};
+
+// Both sides promise 1e-9.
+TEST(QuadratureOfDiffuse, IsThatOfTheReferenceInDouble) {
+    ThreadPool pool(1);
+    const auto backend = make_native_backend(pool, usable_instruction_sets().front());
+    std::vector<double> NoV, alpha;
+    for (const double cosine : {1e-4, 1e-3, 0.02, 0.3, 0.7, 0.999, 1.0})
+        for (const double roughness : {0.01, 0.5, 1.0}) {
+            NoV.push_back(cosine);
+            alpha.push_back(roughness * roughness);
+        }
+    for (const DiffuseModel model : models())
+        for (const int fresnel : {kNoFresnel, kSchlickWeight}) {
+            const QuadratureKind kind{
+                Masking::smith_correlated, fresnel, Precision::float64,
+                static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert)};
+            QuadratureParameters parameters{kF0, 1 - kF0};
+            parameters.back() = kAlbedo;
+            const QuadratureResult found =
+                integrate_quadrature(*backend, kind, {NoV, alpha, parameters, {}}, {1e-10, 0});
+            EXPECT_TRUE(found.converged()) << to_word(model);
+            for (std::size_t i = 0; i < NoV.size(); ++i) {
+                const reference::Diffuse lobe = truth(model, std::sqrt(alpha[i]));
+                const double wanted = fresnel == kNoFresnel
+                                          ? reference::diffuse_albedo(lobe, NoV[i])
+                                          : reference::diffuse_integral(lobe, NoV[i], kTransmitted);
+                EXPECT_NEAR(found.E[i], wanted, 2e-9)
+                    << to_word(model) << " under " << fresnel << ", NoV " << NoV[i] << ", alpha "
+                    << alpha[i] << ", order " << kQuadratureSteps[found.step[i]].order.elevation;
+            }
+        }
+}
+
+struct Baked {
+    JobSpec job;
+    Outcome outcome;
+};
+
+Baked bake(const std::string& rest) {
+    Baked baked;
+    baked.job = parse_job(R"({"integrator":"quadrature","device":"native","resolution":[3,2],)" +
+                          rest + "}");
+    baked.outcome = Engine({}).run(baked.job, Control{});
+    return baked;
+}
+
+// In float: the albedo, its average and a coupled material, three colours of which one is kAlbedo.
+TEST(QuadratureOfDiffuse, MakesWholeJobs) {
+    for (const DiffuseModel model : models()) {
+        const std::string word(to_word(model));
+        const Baked baked = bake(R"("quantities":["diffuse_albedo","diffuse_average_albedo"],)"
+                                 R"("diffuse":{"model":")" +
+                                 word + R"(","albedo":[0.1,0.8,1]})");
+        const auto& planes = baked.outcome.table.planes;
+        ASSERT_EQ(planes.size(), 6u);
+        EXPECT_EQ(baked.outcome.report.status, "converged") << word;
+        EXPECT_EQ(baked.outcome.report.work.fresnel_evaluations, 0u);
+        for (std::size_t i = 0; i < 6; ++i) {
+            const double cosine = (static_cast<double>(i % 3) + 0.5) / 3;
+            const reference::Diffuse lobe = truth(model, (static_cast<double>(i / 3) + 0.5) / 2);
+            EXPECT_NEAR(planes[1][i], reference::diffuse_albedo(lobe, cosine), 1e-6) << word;
+            if (i % 3 == 0) {
+                EXPECT_NEAR(planes[4][i], reference::diffuse_average(lobe), 1e-6) << word;
+            } else {
+                EXPECT_EQ(planes[4][i], planes[4][i - 1]) << word;
+            }
+        }
+    }
+}
+
+// What a coupled material's diffuse lobe adds, beside the specular lobe alone.
+TEST(QuadratureOfDiffuse, StandsUnderTheFresnelTermOfItsCoupling) {
+    const std::string rest = R"("quantities":["total_albedo"],"fresnel":{"f0":0.04},)"
+                             R"("coupling":"half_vector","diffuse":{"model":)";
+    const Baked both = bake(rest + R"("eon","albedo":0.8})"), bare = bake(rest + R"("none"})");
+    EXPECT_GT(both.outcome.report.work.fresnel_evaluations,
+              bare.outcome.report.work.fresnel_evaluations);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const double cosine = (static_cast<double>(i % 3) + 0.5) / 3;
+        const reference::Diffuse lobe =
+            truth(DiffuseModel::eon, (static_cast<double>(i / 3) + 0.5) / 2);
+        const double added = static_cast<double>(both.outcome.table.planes[0][i]) -
+                             static_cast<double>(bare.outcome.table.planes[0][i]);
+        EXPECT_NEAR(added, reference::diffuse_integral(lobe, cosine, kTransmitted), 2e-6) << i;
+    }
+}
+
+// A fold along a curve, and walks: refused, where a report would say "converged" of a guess.
+TEST(QuadratureOfDiffuse, RefusesLobesWithoutASmoothForm) {
+    for (const char* word : {"chan2018", "ggx_lambert"}) {
+        try {
+            parse_job(R"({"integrator":"quadrature","quantities":["diffuse_albedo"],)"
+                      R"("resolution":[4,4],"diffuse":{"model":")" +
+                      std::string(word) + "\"}}");
+            FAIL() << word;
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kiln
