@@ -48,7 +48,8 @@ class Advise(KilnTest):
         self.assertIn("no table up to 4096", stderr)
 
     def test_what_quadrature_lacks_is_refused_by_name(self):
-        job = dict(JOB, quantities=["directional_albedo", "diffuse_albedo"])
+        job = dict(JOB, quantities=["directional_albedo", "diffuse_albedo"],
+                   diffuse={"model": "chan2018"})
         stderr = self.advise(job, 0.1, status=3)[1]
         self.assertIn("/quantities/1", stderr)
         self.assertIn("diffuse", stderr)

@@ -39,8 +39,8 @@ void add_texts(std::vector<HostileScene>& all) {
     };
     malformed("nothing", "");
     malformed("a word", "glTF!");
-    malformed("an open object", "{\"asset\":");
-    malformed("no UTF-8", "{\"asset\":\"\xFF\xFE\"}");
+    malformed("an open object", "{\"asset\":", "/asset");
+    malformed("no UTF-8", "{\"asset\":\"\xFF\xFE\"}", "/asset");
     malformed("a byte order mark", "\xEF\xBB\xBF{}");
     malformed("a NUL byte", std::string("{\"asset\":\0{}}", 13));
     malformed("two documents", scene_of("{}") + scene_of("{}"));

@@ -17,7 +17,7 @@ FILE_LINES_MAX = [
 FUNCTION_LINES_MAX = 70
 COLUMNS_MAX = 120   # a hard limit
 COLUMNS_AIM = 100   # what clang-format keeps to
-WIDE_LINES_MAX = 114  # lines between the two in the whole tree; lower it whenever the test says so
+WIDE_LINES_MAX = 113  # lines between the two in the whole tree; lower it whenever the test says so
 
 # file → lines wider than COLUMNS_MAX
 OVERWIDE_LINES = {
@@ -103,6 +103,7 @@ KERNEL_TESTS = {
     "microfacet.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
     "quadrature.h": ["tests/compute/test_quadrature.cpp"],
+    "quadrature_diffuse.h": ["tests/compute/test_quadrature_diffuse.cpp"],
     "ray.h": ["tests/compute/test_quadrature.cpp"],
     "lane_table.h": ["tests/kernels/test_measured.cpp"],
     "measured_albedo.h": ["tests/measured/test_resample.cpp"],
