@@ -225,7 +225,8 @@ void take_environment(Arguments& arguments) {
 Exit complain(const Arguments& arguments, Exit exit, const ProblemDocument& problem) {
     if (arguments.json) std::printf("%s\n", problem_json(problem).c_str());
     // The pointers and messages below say the same as the summary of them.
-    say("kiln: " + printable(problem.problems.empty()          ? problem.detail
+    const bool summed_up = problem.problems.empty() || problem.code == "measurement_missing";
+    say("kiln: " + printable(summed_up                         ? problem.detail
                              : problem.code == "invalid_scene" ? "the scene is not valid"
                                                                : "the job is not valid"));
     for (const Problem& entry : problem.problems)
