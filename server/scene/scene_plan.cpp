@@ -295,8 +295,7 @@ class Planner {
     /// An unused id with the name of the first material that has it.
     std::string called(const std::string& id) const {
         for (const UnusedMaterial& material : plan_.scene.unused)
-            if (material.measured == id && !material.name.empty())
-                return material.name + ", " + id;
+            if (material.measured == id && !material.name.empty()) return material.name + ", " + id;
         return id;
     }
 

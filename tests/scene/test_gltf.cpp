@@ -287,8 +287,8 @@ TEST(Gltf, MeasuredDataTakesThePlaceOfLobes) {
     EXPECT_EQ(use.measured, id);
     EXPECT_EQ(lobes_of(use), "");
     EXPECT_FALSE(use.unlit);
-    const SceneUse scene = read_scene(
-        scene_of("{}," + with_extras(R"({"kiln_measured":")" + id + "\"}")), {});
+    const SceneUse scene =
+        read_scene(scene_of("{}," + with_extras(R"({"kiln_measured":")" + id + "\"}")), {});
     ASSERT_EQ(scene.unused.size(), 1u);
     EXPECT_EQ(scene.unused[0].measured, id);
 }

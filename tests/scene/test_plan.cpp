@@ -182,8 +182,8 @@ TEST(Plan, AnAtlasKeepsWhatIsBrighterThanOneAndNoMoreThanAJobMay) {
     std::string many;
     for (int i = 0; i < 300; ++i) {
         const std::string number = std::to_string(1000 + i);
-        many += (i ? ",{" : "{") + (R"("measured":"sha256:)" + std::string(60, '0') + number) +
-                "\"}";
+        many +=
+            (i ? ",{" : "{") + (R"("measured":"sha256:)" + std::string(60, '0') + number) + "\"}";
     }
     const ScenePlan plan = plan_of(many, options);
     std::size_t cells = 0;
