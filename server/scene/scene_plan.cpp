@@ -245,6 +245,12 @@ class Planner {
     void plan_diffuse() {
         const std::vector<Need> needs = rules::needs_with(needs_, {Lobe::diffuse});
         std::vector<Range> used;
+        bool behind = false;
+        for (const MaterialUse& material : plan_.scene.materials)
+            behind |= material.lobes.has(Lobe::diffuse_transmission);
+        if (behind)
+            leave("lambert", "a table of diffuse transmission",
+                  "what glTF lets through is Lambert's: its colour at every angle");
         for (const Need& need : needs) used.push_back(need.roughness);
         if (needs.empty())
             return leave("no_diffuse", "diffuse tables",
