@@ -234,7 +234,7 @@ class Measured(KilnTest):
         given = ("--local", "--measurement", "felt.csv")
         self.assertEqual(self.bake(*given), {"specular": False, "average": False, "atlas": False})
         self.check_places()
-        # Its own name and another's roughness are nothing to the atlas, whose file is not asked for.
+        # A name is nothing to the atlas, whose file is not asked for.
         self.scene("loden")
         self.assertEqual(self.bake("--local"), {"specular": True, "average": True, "atlas": True})
         self.write("out/atlas.sidecar.json", "{}")
