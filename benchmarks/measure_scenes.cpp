@@ -146,11 +146,12 @@ void measure(Engine& engine, const std::string& path, const PlanOptions& options
     std::int64_t nodes = 0;
     const std::uint64_t equal = evaluations_at(engine, scene, options, fine, b.error, nodes);
     std::printf(
-        "| %s | %zu / %zu | %zu / %zu | %.3g / %.3g M | %.2e / %.2e | %.3g M (%lld) | %.2g |\n",
+        "| %s | %zu / %zu | %zu / %zu | %.3g / %.3g M | %.2e / %.2e | %.3g M (%lld) | %.1f / %.0f "
+        "|\n",
         std::filesystem::path(path).stem().c_str(), a.tables, b.tables, a.bytes, b.bytes,
         static_cast<double>(a.evaluations) / 1e6, static_cast<double>(b.evaluations) / 1e6, a.error,
-        b.error, static_cast<double>(equal) / 1e6, static_cast<long long>(nodes),
-        reduced_s / full_s);
+        b.error, static_cast<double>(equal) / 1e6, static_cast<long long>(nodes), 1e3 * reduced_s,
+        1e3 * full_s);
     std::fflush(stdout);
     ratios.bytes.push_back(ratio(a.bytes, b.bytes));
     ratios.evaluations.push_back(ratio(a.evaluations, b.evaluations));
@@ -171,7 +172,7 @@ int main(int argc, char** argv) {
             Ratios ratios;
             std::printf(
                 "\nDiffuse model %s:\n\n| scene | tables | bytes | evaluations | largest error | "
-                "evaluations at equal error (nodes) | time |\n|---|---|---|---|---|---|---|\n",
+                "evaluations at equal error (nodes) | ms |\n|---|---|---|---|---|---|---|\n",
                 diffuse);
             const PlanOptions options =
                 read_plan_request({{"diffuse", diffuse}, {"device", "native"}}).options;

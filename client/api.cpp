@@ -136,7 +136,7 @@ std::vector<JobStatus> Api::submit_batch(const std::vector<std::string>& jobs) {
     return result;
 }
 
-std::string Api::engine() { return read_engine(ask(request("GET", "/v1/capabilities")).body); }
+Makers Api::makers() { return read_makers(ask(request("GET", "/v1/capabilities")).body); }
 
 JobStatus Api::status(const std::string& id, double wait_s) {
     HttpRequest get = request("GET", "/v1/jobs/" + id + wait_query(wait_s));

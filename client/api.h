@@ -32,8 +32,8 @@ class Api {
     bool has_measurement(const std::string& digest);
     /// What the server understood of a measured file, as JSON; the same bytes again are no work.
     std::string upload(std::string bytes);
-    /// What the server bakes with: kernel digest "/" encoder revision.
-    std::string engine();
+    /// What the server bakes with.
+    Makers makers();
     /// False: it had finished already.
     bool cancel(const std::string& id);
     /// Takes one submit() back: others that submitted the same job keep it.

@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 
 #include "client/bakery.h"
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/interrupt.h"
 #include "client/scene.h"
+#include "client/scene_folder.h"
 #include "server/base/sha256.h"
 #include "server/image/image.h"
 #include "server/scene/plan_options.h"
+#include "server/spec/kinds.h"
 #include "server/spec/limits.h"
 #include "server/spec/words.h"
 
@@ -20,9 +21,6 @@ namespace kiln::client {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr std::size_t kManifestBytesMost = 64u << 20;
 /// Doublings of resolution, each with four times the samples, before a bound is given up.
 constexpr int kRoundsMost = 4;
 constexpr std::int64_t kNodesMost = 1024;  // the contract's PlanOptions
@@ -56,83 +54,53 @@ std::string file_of(const PlannedTable& table) {
     return table.name + "." + std::string(to_word(table.job.format));
 }
 
-/// A folder of tables as an earlier bake left it.
-class Folder {
-  public:
-    explicit Folder(std::string path) : path_(std::move(path)) {
-        std::error_code failed;
-        fs::create_directories(path_, failed);
-        if (!fs::is_directory(path_, failed))
-            throw Failure(Exit::usage, "cannot_write", "-o " + path_ + " is no folder");
-        check_output(path_ + "/manifest.json");
-        if (fs::is_regular_file(path_ + "/manifest.json", failed))
-            files_ = read_manifest(read_input(path_ + "/manifest.json", kManifestBytesMost));
+/// The files that were given; each is one that the scene names.
+MeasurementFiles files_of(const std::vector<std::string>& paths, const SceneUse& scene) {
+    MeasurementFiles files;
+    for (const std::string& path : paths) {
+        const std::string id = kMeasurementPrefix + files.add(path);
+        const auto names = [&](const auto& material) { return material.measured == id; };
+        if (std::none_of(scene.materials.begin(), scene.materials.end(), names) &&
+            std::none_of(scene.unused.begin(), scene.unused.end(), names))
+            throw Failure(Exit::usage, "unused_measurement",
+                          "--measurement " + path + ": the scene names no " + id);
     }
-
-    /// The bytes of a table that is there, whole, and made by `engine`.
-    std::optional<std::string> find(const std::string& id, const std::string& engine) const {
-        for (const SceneFile& file : files_) {
-            std::error_code failed;
-            if (file.id != id || file.engine != engine || engine.empty() ||
-                !fs::is_regular_file(path_ + "/" + file.file, failed))
-                continue;
-            std::string bytes = read_input(path_ + "/" + file.file, std::size_t{1} << 30);
-            if (sha256_hex(bytes) == file.sha256) return bytes;
-        }
-        return std::nullopt;
-    }
-
-    void write(const std::string& file, const std::string& bytes) const {
-        write_output(path_ + "/" + file, bytes);
-    }
-
-    /// What the manifest before named and this one does not.
-    void clear(const std::vector<SceneTable>& now) const {
-        for (const SceneFile& file : files_) {
-            const bool named = std::any_of(now.begin(), now.end(), [&](const SceneTable& table) {
-                return table.file.file == file.file;
-            });
-            std::error_code ignored;
-            if (!named) fs::remove(path_ + "/" + file.file, ignored);
-        }
-    }
-
-  private:
-    std::string path_;
-    std::vector<SceneFile> files_;
-};
+    return files;
+}
 
 class SceneBake {
   public:
-    SceneBake(const SceneOptions& options, const Folder& folder, Bakery& bakery)
-        : options_(options), folder_(folder), bakery_(bakery), engine_(bakery.engine()) {}
+    SceneBake(const SceneOptions& options, const SceneFolder& folder, const MeasurementFiles& files,
+              Bakery& bakery)
+        : options_(options),
+          folder_(folder),
+          files_(files),
+          bakery_(bakery),
+          makers_(bakery.makers()) {}
 
     /// Every table of the plan: kept, or baked together with what the proof still lacks.
     void bake(const ScenePlan& plan) {
-        tables_.assign(plan.tables.size(), {});
-        images_.assign(plan.tables.size(), "");
+        const std::vector<SceneTable> before = std::move(tables_);
+        tables_.clear();
         std::vector<JobSpec> jobs;
         std::vector<std::size_t> places;
         for (std::size_t i = 0; i < plan.tables.size(); ++i) {
-            const PlannedTable& table = plan.tables[i];
-            tables_[i].file = {table.name, file_of(table), table.id, "", engine_};
-            if (auto bytes = folder_.find(table.id, engine_)) {
-                take(i, std::move(*bytes));
-                tables_[i].kept = true;
-                continue;
-            }
-            jobs.push_back(table.job);
+            tables_.push_back(known(plan.tables[i], before));
+            if (!tables_[i].bytes.image.empty()) continue;
+            jobs.push_back(plan.tables[i].job);
             places.push_back(i);
         }
         const bool first = options_.prove && full_.tables.empty();
         if (first) full_ = full_set_of(plan);
         if (first) jobs.insert(jobs.end(), full_.jobs.begin(), full_.jobs.end());
         if (jobs.empty()) return;
-        std::vector<Baking> baked = bakery_.bake(jobs, {});
+        require_measurements(jobs, plan.scene);
+        std::vector<Baking> baked = bakery_.bake(jobs, files_);
         for (std::size_t k = 0; k < places.size(); ++k) {
-            tables_[places[k]].cached = baked[k].cached;
-            tables_[places[k]].report = std::move(baked[k].report);
-            take(places[k], std::move(baked[k].image));
+            SceneTable& table = tables_[places[k]];
+            table.cached = baked[k].cached;
+            table.report = std::move(baked[k].report);
+            take(table, {std::move(baked[k].image), std::move(baked[k].sidecar)});
         }
         for (std::size_t k = places.size(); k < baked.size(); ++k) {
             full_.tables.push_back(decoded(jobs[k], baked[k].image));
@@ -143,37 +111,82 @@ class SceneBake {
     std::vector<LobeProof> proof(const ScenePlan& plan) const {
         if (!options_.prove) return {};
         std::vector<BakedTable> baked;
-        for (std::size_t i = 0; i < images_.size(); ++i)
-            baked.push_back(decoded(plan.tables[i].job, images_[i]));
+        for (std::size_t i = 0; i < tables_.size(); ++i) {
+            const JobSpec& job = plan.tables[i].job;
+            // No lobe reads an atlas.
+            baked.push_back(is_measured(job.kind) ? BakedTable{job, {}}
+                                                  : decoded(job, tables_[i].bytes.image));
+        }
         return prove(plan, baked, full_);
     }
 
     void write(const ScenePlan& plan) const {
-        for (std::size_t i = 0; i < images_.size(); ++i)
-            folder_.write(tables_[i].file.file, images_[i]);
+        for (const SceneTable& table : tables_) folder_.write(table);
         folder_.write("manifest.json", manifest_json(plan, tables_) + "\n");
         folder_.clear(tables_);
     }
 
-    void tell(SceneReport& report) const {
+    void tell(const ScenePlan& plan, SceneReport& report) const {
         report.tables = tables_;
+        if (options_.prove) report.measured = measured_proofs(plan, tables_);
         report.fine_tables = full_.tables.size();
         report.fine_tables_cached = fine_cached_;
     }
 
   private:
-    void take(std::size_t index, std::string bytes) {
-        tables_[index].byte_count = bytes.size();
-        tables_[index].file.sha256 = sha256_hex(bytes);
-        images_[index] = std::move(bytes);
+    /// The table as the folder or an earlier round has it; without bytes where neither does.
+    SceneTable known(const PlannedTable& planned, const std::vector<SceneTable>& before) const {
+        for (const SceneTable& table : before)
+            if (table.file.id == planned.id) return table;
+        SceneTable table;
+        const bool measured = is_measured(planned.job.kind);
+        const std::string file = file_of(planned);
+        table.file = {.name = planned.name,
+                      .file = file,
+                      .id = planned.id,
+                      .sha256 = "",
+                      .engine = measured ? makers_.measured : makers_.tables,
+                      .sidecar = measured ? sidecar_of(file) : "",
+                      .sidecar_sha256 = ""};
+        if (auto bytes = folder_.find(planned.id, table.file.engine)) {
+            take(table, std::move(*bytes));
+            table.kept = true;
+        }
+        return table;
+    }
+
+    static void take(SceneTable& table, SceneBytes bytes) {
+        table.file.sha256 = sha256_hex(bytes.image);
+        if (!table.file.sidecar.empty()) table.file.sidecar_sha256 = sha256_hex(bytes.sidecar);
+        table.bytes = std::move(bytes);
+    }
+
+    /// Throws Failure(usage) that points to what the jobs need and nobody has.
+    void require_measurements(const std::vector<JobSpec>& jobs, const SceneUse& scene) {
+        std::vector<Problem> problems;
+        for (const JobSpec& job : jobs)
+            for (const MeasuredMaterial& cell : job.measured.materials) {
+                if (files_.has(cell.data) || bakery_.has_measurement(cell.data)) continue;
+                const std::string id = kMeasurementPrefix + cell.data;
+                for (const MaterialUse& material : scene.materials)
+                    if (material.measured == id)
+                        problems.push_back(
+                            {measured_pointer(scene, material),
+                             "names " + id + ", which is not " +
+                                 (bakery_.where().empty() ? "here" : "on " + bakery_.where()) +
+                                 "; give its file with --measurement FILE"});
+            }
+        if (!problems.empty())
+            throw Failure(Exit::usage, "measurement_missing",
+                          "measured data that the scene uses is missing", std::move(problems));
     }
 
     const SceneOptions& options_;
-    const Folder& folder_;
+    const SceneFolder& folder_;
+    const MeasurementFiles& files_;
     Bakery& bakery_;
-    std::string engine_;
+    Makers makers_;
     std::vector<SceneTable> tables_;
-    std::vector<std::string> images_;
     FullSet full_;
     std::size_t fine_cached_ = 0;
 };
@@ -212,12 +225,13 @@ Exit bake_scene(const SceneOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     PlanRequest request = request_of(options.settings);
     const SceneUse scene = read_scene_file(options.scene, request.choice);
-    const Folder folder(options.output);
+    const MeasurementFiles files = files_of(options.measurements, scene);
+    const SceneFolder folder(options.output);
     const Interrupt interrupt(options.timeout_s);
     const Stop stop(interrupt, options.timeout_s);
     // Tables of a scene take milliseconds: OpenCL where its program is at hand.
     const auto bakery = open_bakery(options, stop, std::chrono::milliseconds(0));
-    SceneBake bake(options, folder, *bakery);
+    SceneBake bake(options, folder, files, *bakery);
     SceneReport report;
     report.scene = options.scene;
     report.where = bakery->where();
@@ -231,7 +245,7 @@ Exit bake_scene(const SceneOptions& options) {
     }
     if (interrupt.requested()) stop.leave();
     bake.write(made);
-    bake.tell(report);
+    bake.tell(made, report);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const std::string document = scene_report_json(made, report) + "\n";

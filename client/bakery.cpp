@@ -11,6 +11,7 @@
 #include "server/compute/kernel_digest.h"
 #include "server/compute/opencl_threads.h"
 #include "server/image/image.h"
+#include "server/measured/reader.h"
 #include "server/spec/kinds.h"
 #include "server/spec/limits.h"
 #include "server/spec/spec.h"
@@ -48,7 +49,10 @@ class RemoteBakery final : public Bakery {
     RemoteBakery(const std::string& url, const Stop& stop, ProgressMode mode)
         : api_(url, [&stop] { return stop.requested(); }), stop_(stop), mode_(mode) {}
 
-    std::string engine() override { return api_.engine(); }
+    Makers makers() override { return api_.makers(); }
+    bool has_measurement(const std::string& digest) override {
+        return api_.has_measurement(digest);
+    }
     std::string where() const override { return api_.url(); }
 
     std::vector<Baking> bake(const std::vector<JobSpec>& jobs,
@@ -126,9 +130,11 @@ class LocalBakery final : public Bakery {
     LocalBakery(const Stop& stop, ProgressMode mode, std::chrono::milliseconds opencl_wait)
         : stop_(stop), mode_(mode), opencl_wait_(opencl_wait) {}
 
-    std::string engine() override {
-        return kernel_digest() + "/" + std::to_string(kEncoderRevision);
+    Makers makers() override {
+        const std::string tables = kernel_digest() + "/" + std::to_string(kEncoderRevision);
+        return {tables, tables + "/" + std::to_string(measured::kReaderRevision)};
     }
+    bool has_measurement(const std::string&) override { return false; }
     std::string where() const override { return ""; }
 
     std::vector<Baking> bake(const std::vector<JobSpec>& jobs,

@@ -30,8 +30,9 @@ class Bakery {
     /// of; a server that lacks one gets it.
     virtual std::vector<Baking> bake(const std::vector<JobSpec>& jobs,
                                      const MeasurementFiles& files) = 0;
-    /// What makes the images: kernel digest "/" encoder revision.
-    virtual std::string engine() = 0;
+    virtual Makers makers() = 0;
+    /// That it has without being given the file; by SHA-256, 64 hex digits.
+    virtual bool has_measurement(const std::string& digest) = 0;
     virtual std::string where() const = 0;  ///< the server's URL, "" for this process
 };
 

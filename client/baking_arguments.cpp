@@ -66,6 +66,9 @@ void take_scene(Arguments& arguments) {
         throw Failure(Exit::usage, "usage", "bake takes either a job or --scene");
     if (scene.scene.empty() && (scene.max_error || !scene.prove))
         throw Failure(Exit::usage, "usage", "--max-error and --no-proof go with --scene");
+    if (!scene.scene.empty() && !bake.sidecar.empty())
+        throw Failure(Exit::usage, "usage",
+                      "--sidecar goes with a job; a scene's atlas has its own in the folder");
     if (scene.max_error && !scene.prove)
         throw Failure(Exit::usage, "usage", "--max-error and --no-proof exclude each other");
 }
@@ -77,6 +80,7 @@ Exit bake_any(Arguments& arguments) {
     scene.settings = options.settings;
     scene.output = options.output;
     scene.report = options.report;
+    scene.measurements = options.measurements;
     static_cast<RunOptions&>(scene) = options;
     return bake_scene(scene);
 }
@@ -127,7 +131,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         ->type_name("FILE");
     command
         .add_option("--measurement", options.measurements,
-                    "a measured file that the job names by its sha256; may be repeated")
+                    "a measured file that the job or scene names by its sha256; may be repeated")
         ->type_name("FILE")
         ->allow_extra_args(false);
     command

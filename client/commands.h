@@ -47,11 +47,12 @@ struct AdviseOptions {
 };
 
 struct SceneOptions : RunOptions {
-    std::string scene;                  ///< file, or "-" for standard input
-    std::vector<std::string> settings;  ///< option=value of the contract's PlanOptions
-    std::string output;                 ///< folder
-    std::string report;                 ///< file, or "" for none beside that in the folder
-    std::optional<double> max_error;    ///< bound on the proof
+    std::string scene;                      ///< file, or "-" for standard input
+    std::vector<std::string> settings;      ///< option=value of the contract's PlanOptions
+    std::string output;                     ///< folder
+    std::string report;                     ///< file, or "" for none beside that in the folder
+    std::vector<std::string> measurements;  ///< files that the scene names by their hash
+    std::optional<double> max_error;        ///< bound on the proof
     bool prove = true;
 };
 

@@ -195,11 +195,28 @@ std::string measurements_json(const std::vector<std::string>& documents) {
     return dump({{"measurements", list}});
 }
 
-std::string read_engine(std::string_view text) {
+Makers read_makers(std::string_view text) {
     const auto json = parse(text);
-    if (!json || !json->is_object()) return "";
+    if (!json || !json->is_object()) return {};
     const std::string digest = text_at(*json, "kernel_digest");
-    return digest.empty() ? "" : digest + "/" + text_at(*json, "encoder_revision");
+    if (digest.empty()) return {};
+    Makers makers{digest + "/" + text_at(*json, "encoder_revision"), ""};
+    if (const auto readers = integer_at(*json, "reader_revision"))
+        makers.measured = makers.tables + "/" + std::to_string(*readers);
+    return makers;
+}
+
+std::vector<SliceError> read_lookup_errors(std::string_view sidecar, std::size_t cell) {
+    const auto json = parse(sidecar);
+    std::vector<SliceError> errors;
+    if (!json || !json->is_object()) return errors;
+    const Json& cells = array_at(*json, "materials");
+    if (cell >= cells.size() || !cells[cell].is_object()) return errors;
+    for (const Json& slice : array_at(cells[cell], "slices"))
+        if (slice.is_object())
+            errors.push_back({number_at(slice, "theta_in_deg").value_or(0),
+                              number_at(slice, "lookup_error").value_or(0)});
+    return errors;
 }
 
 std::string batch_json(const std::vector<std::string>& jobs) {

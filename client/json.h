@@ -56,8 +56,20 @@ std::optional<ProblemDocument> read_problem(std::string_view text);
 std::optional<Report> read_report(std::string_view text);
 std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text);
 std::optional<MeasurementAnswer> read_measurement_answer(std::string_view text);
-/// Kernel digest "/" encoder revision of GET /v1/capabilities; "" where it does not say.
-std::string read_engine(std::string_view text);
+/// What results come from, by GET /v1/capabilities; "" where it does not say.
+struct Makers {
+    std::string tables;    ///< kernel digest "/" encoder revision
+    std::string measured;  ///< the same "/" reader revision
+};
+Makers read_makers(std::string_view text);
+/// What bilinear lookup adds to a slice, as a share of the integral of f cos.
+struct SliceError {
+    double theta_in = 0;  ///< degrees
+    double lookup_error = 0;
+};
+/// Of each slice of a side-car's cell; empty where it does not say.
+std::vector<SliceError> read_lookup_errors(std::string_view sidecar, std::size_t cell);
+
 /// True for an answer of GET /v1/capabilities.
 bool is_capabilities(std::string_view text);
 

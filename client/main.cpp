@@ -225,9 +225,10 @@ void take_environment(Arguments& arguments) {
 Exit complain(const Arguments& arguments, Exit exit, const ProblemDocument& problem) {
     if (arguments.json) std::printf("%s\n", problem_json(problem).c_str());
     // The pointers and messages below say the same as the summary of them.
-    say("kiln: " + printable(problem.problems.empty()          ? problem.detail
-                             : problem.code == "invalid_scene" ? "the scene is not valid"
-                                                               : "the job is not valid"));
+    const bool summed_up = problem.problems.empty() || problem.code == "measurement_missing";
+    say("kiln: " + printable(summed_up                       ? problem.detail
+                             : arguments.scene.scene.empty() ? "the job is not valid"
+                                                             : "the scene is not valid"));
     for (const Problem& entry : problem.problems)
         say("  " + printable(entry.pointer.empty() ? "(document)" : entry.pointer) + ": " +
             printable(entry.message));

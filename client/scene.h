@@ -13,16 +13,29 @@ namespace kiln::client {
 /// A baked table of a scene as the folder holds it.
 struct SceneFile {
     std::string name, file, id, sha256;
-    std::string engine;  ///< that made it
+    std::string engine;                   ///< that made it
+    std::string sidecar, sidecar_sha256;  ///< file of an atlas, "" of other tables
+};
+
+struct SceneBytes {
+    std::string image;
+    std::string sidecar;  ///< of an atlas
 };
 
 /// What one bake of a scene did with one table.
 struct SceneTable {
     SceneFile file;
-    std::size_t byte_count = 0;
+    SceneBytes bytes;
     bool kept = false;    ///< the folder had it
     bool cached = false;  ///< the server had it
     std::string report;   ///< JSON, "" where kept
+};
+
+/// Lookup between the texels of an atlas: the most that it moves of a slice's light.
+struct MeasuredProof {
+    std::size_t material = 0;  ///< position in SceneUse::materials
+    double lookup_error = 0;   ///< share of the integral of f cos
+    double theta_in = 0;       ///< degrees, of that slice
 };
 
 struct SceneReport {
@@ -30,6 +43,7 @@ struct SceneReport {
     std::string where;  ///< the server, "" for this process
     std::vector<SceneTable> tables;
     std::vector<LobeProof> proof;
+    std::vector<MeasuredProof> measured;                  ///< in the place of a proof
     std::size_t fine_tables = 0, fine_tables_cached = 0;  ///< that the proof was made with
     std::optional<double> max_error;                      ///< the bound that was asked for
     int rounds = 1;                                       ///< of refining until it held
@@ -48,6 +62,13 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
 // JSON texts, without a line break at the end.
 std::string manifest_json(const ScenePlan& plan, const std::vector<SceneTable>& tables);
 std::string scene_report_json(const ScenePlan& plan, const SceneReport& report);
+
+/// What side-cars say of the materials that are measured.
+std::vector<MeasuredProof> measured_proofs(const ScenePlan& plan,
+                                           const std::vector<SceneTable>& tables);
+
+/// atlas.exr has atlas.sidecar.json.
+std::string sidecar_of(const std::string& file);
 
 /// The files that a manifest lists; empty for what is no manifest of ours. File names are plain
 /// ones: no path.

@@ -50,15 +50,39 @@ std::string manifest_json(const ScenePlan& plan, const std::vector<SceneTable>& 
                         {"id", file.id},
                         {"sha256", file.sha256},
                         {"engine", file.engine},
-                        {"resolution", planned["job"]["resolution"]},
-                        {"quantities", planned["job"]["quantities"]},
-                        {"lookup", planned["lookup"]},
-                        {"serves", planned["serves"]}});
+                        {"kind", planned["job"]["kind"]},
+                        {"pixel", planned["job"]["output"]["pixel"]},
+                        {"resolution", planned["job"]["resolution"]}});
+        if (!file.sidecar.empty())
+            list.back()["sidecar"] = {{"file", file.sidecar}, {"sha256", file.sidecar_sha256}};
+        else
+            list.back().update(
+                {{"quantities", planned["job"]["quantities"]}, {"lookup", planned["lookup"]}});
+        list.back()["serves"] = planned["serves"];
     }
     return Json{{"kiln_manifest", kManifestVersion},  {"tables", list},
                 {"materials", document["materials"]}, {"options", document["options"]},
                 {"unserved", document["unserved"]},   {"warnings", document["warnings"]}}
         .dump(2);
+}
+
+std::string sidecar_of(const std::string& file) {
+    return file.substr(0, file.find('.')) + ".sidecar.json";
+}
+
+std::vector<MeasuredProof> measured_proofs(const ScenePlan& plan,
+                                           const std::vector<SceneTable>& tables) {
+    std::vector<MeasuredProof> proofs;
+    for (const MaterialPlan& material : plan.materials) {
+        if (!material.measured) continue;
+        MeasuredProof worst{.material = material.material};
+        for (const SliceError& slice : read_lookup_errors(
+                 tables[material.measured->table].bytes.sidecar, material.measured->cell))
+            if (slice.lookup_error > worst.lookup_error)
+                worst = {material.material, slice.lookup_error, slice.theta_in};
+        proofs.push_back(worst);
+    }
+    return proofs;
 }
 
 std::vector<SceneFile> read_manifest(std::string_view text) {
@@ -70,17 +94,28 @@ std::vector<SceneFile> read_manifest(std::string_view text) {
     if (tables == json.end() || !tables->is_array()) return files;
     for (const Json& entry : *tables) {
         if (!entry.is_object()) continue;
-        SceneFile file{text_at(entry, "name"), text_at(entry, "file"), text_at(entry, "id"),
-                       text_at(entry, "sha256"), text_at(entry, "engine")};
-        if (is_plain_name(file.file) && is_sha256_hex(file.id) && is_sha256_hex(file.sha256))
-            files.push_back(std::move(file));
+        SceneFile file{text_at(entry, "name"),
+                       text_at(entry, "file"),
+                       text_at(entry, "id"),
+                       text_at(entry, "sha256"),
+                       text_at(entry, "engine"),
+                       "",
+                       ""};
+        if (!is_plain_name(file.file) || !is_sha256_hex(file.id) || !is_sha256_hex(file.sha256))
+            continue;
+        const auto sidecar = entry.find("sidecar");
+        if (sidecar != entry.end() && sidecar->is_object()) {
+            file.sidecar = sidecar_of(file.file);
+            file.sidecar_sha256 = text_at(*sidecar, "sha256");
+        }
+        files.push_back(std::move(file));
     }
     return files;
 }
 
 std::string scene_report_json(const ScenePlan& plan, const SceneReport& report) {
     const Json document = Json::parse(to_json(plan));
-    Json tables = Json::array(), proof = Json::array();
+    Json tables = Json::array(), proof = Json::array(), measured = Json::array();
     std::uint64_t evaluations = 0, fresnel = 0, multiscatter = 0, bytes = 0;
     for (const SceneTable& table : report.tables) {
         const auto made = read_report(table.report);
@@ -88,17 +123,21 @@ std::string scene_report_json(const ScenePlan& plan, const SceneReport& report) 
         evaluations += work.brdf_evaluations;
         fresnel += work.fresnel_evaluations;
         multiscatter += work.multiscatter_evaluations;
-        bytes += table.byte_count;
+        bytes += table.bytes.image.size();
         tables.push_back(
             {{"name", table.file.name},
              {"file", table.file.file},
              {"id", table.file.id},
-             {"bytes", table.byte_count},
+             {"bytes", table.bytes.image.size()},
              {"kept", table.kept},
              {"cached", table.cached},
              {"report", table.report.empty() ? Json(nullptr) : Json::parse(table.report)}});
     }
     for (const LobeProof& lobe : report.proof) proof.push_back(proof_json(lobe));
+    for (const MeasuredProof& entry : report.measured)
+        measured.push_back({{"material", entry.material},
+                            {"lookup_error", entry.lookup_error},
+                            {"theta_in_deg", entry.theta_in}});
     return Json{{"scene", report.scene},
                 {"server", report.where.empty() ? Json(nullptr) : Json(report.where)},
                 {"seconds", report.seconds},
@@ -117,7 +156,8 @@ std::string scene_report_json(const ScenePlan& plan, const SceneReport& report) 
                   {"max", report.error_max()},
                   {"holds", report.holds()},
                   {"rounds", report.rounds},
-                  {"lobes", proof}}},
+                  {"lobes", proof},
+                  {"measured", measured}}},
                 {"left_out", document["left_out"]},
                 {"unserved", document["unserved"]},
                 {"warnings", document["warnings"]}}

@@ -6,6 +6,8 @@
 #include "client/scene.h"
 #include "client/terminal.h"
 #include "server/spec/channels.h"
+#include "server/spec/kinds.h"
+#include "server/spec/slice_grid.h"
 
 namespace kiln::client {
 
@@ -25,7 +27,12 @@ std::string in_thousands(double count) {
     return text + std::string(units[unit]);
 }
 
+/// Of the image, in texels.
 std::string size_of(const JobSpec& job) {
+    if (is_measured(job.kind)) {
+        const SliceGrid grid = slice_grid(job);
+        return std::to_string(grid.width()) + " x " + std::to_string(grid.height());
+    }
     std::string text;
     for (const std::int64_t n : job.resolution)
         text += (text.empty() ? "" : " x ") + std::to_string(n);
@@ -33,6 +40,9 @@ std::string size_of(const JobSpec& job) {
 }
 
 std::string channels_in_words(const JobSpec& job) {
+    if (is_measured(job.kind))
+        return std::to_string(job.measured.materials.size()) + " x " +
+               std::to_string(job.measured.theta_in.size()) + " slices of R, G, B";
     std::string text;
     for (const Channel& channel : channels_of(job))
         text += (text.empty() ? "" : ", ") + channel.name;
@@ -40,6 +50,7 @@ std::string channels_in_words(const JobSpec& job) {
 }
 
 std::string roughness_of(const JobSpec& job) {
+    if (is_measured(job.kind)) return "measured";
     const Axis& axis = job.axes.back();
     const std::int64_t rows = job.resolution.back();
     if (rows == 1) return format_number(axis.flip ? axis.hi : axis.lo);
@@ -72,6 +83,7 @@ void add_headline(std::vector<std::string>& lines, const ScenePlan& plan, const 
     for (std::size_t i = 0; i < kLobeCount; ++i)
         if (lobes.has(static_cast<Lobe>(i)))
             words += (words.empty() ? "" : ", ") + std::string(to_word(static_cast<Lobe>(i)));
+    if (!plan.measured.empty()) words += std::string(words.empty() ? "" : ", ") + "measured";
     lines.push_back("  " + (words.empty() ? "no lobe that is lit" : words));
 }
 
@@ -136,6 +148,21 @@ void add_notes(std::vector<std::string>& lines, const ScenePlan& plan) {
                           note));
 }
 
+void add_measured(std::vector<std::string>& lines, const ScenePlan& plan,
+                  const SceneReport& report) {
+    if (report.measured.empty()) return;
+    const auto worst = std::max_element(report.measured.begin(), report.measured.end(),
+                                        [](const MeasuredProof& a, const MeasuredProof& b) {
+                                            return a.lookup_error < b.lookup_error;
+                                        });
+    lines.push_back(
+        "  " + counted(report.measured.size(), "measured material") +
+        ": lookup between texels moves at most " + format_error(worst->lookup_error) +
+        " of a slice's light; worst: " + name_of(plan.scene.materials[worst->material]) +
+        " at theta_in " + format_number(worst->theta_in) +
+        (report.max_error ? "; --max-error does not bound that" : ""));
+}
+
 }  // namespace
 
 double SceneReport::error_max() const {
@@ -150,7 +177,7 @@ std::vector<std::string> plan_lines(const ScenePlan& plan, const std::string& na
     if (!plan.tables.empty()) {
         lines.push_back("");
         std::vector<std::vector<std::string>> rows{
-            {"table", "size", "roughness", "evaluations", "texels", "lobes", "channels"}};
+            {"table", "size", "roughness", "evaluations", "texels", "serves", "channels"}};
         for (const PlannedTable& table : plan.tables)
             rows.push_back({table.name, size_of(table.job), roughness_of(table.job),
                             in_thousands(static_cast<double>(table.estimate.evaluations)),
@@ -174,7 +201,7 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
     for (const SceneTable& table : report.tables) {
         const auto made = read_report(table.report);
         baked += table.kept ? 0 : 1;
-        rows.push_back({"  " + table.file.file, format_bytes(table.byte_count),
+        rows.push_back({"  " + table.file.file, format_bytes(table.bytes.image.size()),
                         table.kept     ? "kept"
                         : table.cached ? "cached"
                         : made         ? format_seconds(made->run_time_s.total)
@@ -196,6 +223,7 @@ std::vector<std::string> report_lines(const ScenePlan& plan, const SceneReport& 
                         format_number(worst->NoV) + ", roughness " +
                         format_number(worst->roughness));
     }
+    add_measured(lines, plan, report);
     if (report.rounds > 1)
         lines.push_back("  refined " +
                         counted(static_cast<std::size_t>(report.rounds - 1), "time") + " to " +

@@ -156,6 +156,7 @@ std::string capabilities_document(const Service& service) {
     return text_of({{"version", kVersion},
                     {"kernel_digest", parts.engine.substr(0, slash)},
                     {"encoder_revision", parts.engine.substr(slash + 1)},
+                    {"reader_revision", parts.readers},
                     {"device", parts.settings.device},
                     {"limits", limits_of(parts.settings, parts.bounds)},
                     {"values", values_of(job, 2)},

@@ -22,12 +22,6 @@ std::string number(double value) {
     return {text, end};
 }
 
-SliceGrid grid_of(const JobSpec& job) {
-    const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
-    return slice_grid(size(job.resolution[0]), size(job.resolution[1]), size(job.measured.gutter),
-                      job.measured.theta_in.size(), job.measured.materials.size());
-}
-
 std::vector<std::string> axis_lines(const JobSpec& job) {
     const std::string w = std::to_string(job.resolution[0] - 1);
     const std::string h = std::to_string(job.resolution[1] - 1);
@@ -44,7 +38,7 @@ std::vector<std::string> axis_lines(const JobSpec& job) {
 }
 
 std::string slice_line(const JobSpec& job) {
-    const SliceGrid grid = grid_of(job);
+    const SliceGrid grid = slice_grid(job);
     std::string angles;
     for (const double angle : job.measured.theta_in)
         angles += (angles.empty() ? "" : " ") + number(angle);

@@ -123,9 +123,13 @@ SlicePlan plan_slices(const SliceLayout& layout, std::size_t material_count) {
 
 SlicePlan::Place SlicePlan::place(const SliceLayout& layout, std::size_t slice,
                                   std::size_t material) const {
-    const std::size_t column = slice % slice_columns * cell_columns + material % cell_columns;
-    const std::size_t row = slice / slice_columns * cell_rows + material / cell_columns;
-    return {column * cell_width + layout.gutter, row * cell_height + layout.gutter};
+    const SliceGrid grid{.slice_columns = slice_columns,
+                         .cell_columns = cell_columns,
+                         .cell_rows = cell_rows,
+                         .cell_width = cell_width,
+                         .cell_height = cell_height};
+    const SliceGrid::Place at = grid.place(slice, material, layout.gutter);
+    return {at.x, at.y};
 }
 
 SliceTable make_slices(const SliceLayout& layout, const std::vector<const Material*>& materials,

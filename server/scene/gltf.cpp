@@ -227,7 +227,7 @@ class Gltf {
                                               named_[i].by_variant
                                                   ? "only a material variant names it"
                                                   : "no primitive that the scene reaches names it",
-                                              ""});
+                                              measured_of_gltf(material)});
                 continue;
             }
             if (++used_count > kSceneMaterialsMax) {

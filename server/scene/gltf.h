@@ -41,6 +41,11 @@ class GltfTextures {
     std::map<std::size_t, std::string> decoded_;  ///< of buffers in data: URIs
 };
 
+/// The custom property (member of a material's extras) that names measured data in its place.
+inline constexpr const char* kMeasuredProperty = "kiln_measured";
+/// Its id, "" where there is none.
+std::string measured_of_gltf(const Place& material);
+
 /// JSON pointers of the numbers that an animation moves (KHR_animation_pointer).
 std::set<std::string> animated_numbers(const Place& root);
 

@@ -27,6 +27,8 @@ class Reader {
 
     MaterialUse read(bool vertex_colours) {
         use_.name = short_name(material_.text("name"));
+        use_.measured = measured_of_gltf(material_);
+        if (!use_.measured.empty()) return std::move(use_);
         if (extensions_.object("KHR_materials_unlit")) {
             use_.unlit = true;
             return std::move(use_);
@@ -205,6 +207,10 @@ class Reader {
 };
 
 }  // namespace
+
+std::string measured_of_gltf(const Place& material) {
+    return material.extras("extras").measurement(kMeasuredProperty);
+}
 
 std::set<std::string> animated_numbers(const Place& root) {
     std::set<std::string> pointers;

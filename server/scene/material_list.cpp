@@ -5,6 +5,7 @@
 
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
+#include "server/spec/measurement_names.h"
 
 namespace kiln {
 
@@ -22,9 +23,12 @@ class Reader {
         use_.index = index;
         use_.name = entry_.value("name", "");
         use_.measured = entry_.value("measured", "");
+        if (entry_.contains("measured") && measurement_digest(use_.measured).empty())
+            refuse("measured", "is " + in_quotes(use_.measured) + "; must be " +
+                                   std::string(kMeasurementAllowed));
         for (const Json& word : entry_.at("lobes"))
             use_.lobes.add(lobe_from(word.get_ref<const std::string&>()).value());
-        use_.unlit = use_.lobes.empty() && use_.measured.empty();
+        use_.unlit = use_.lobes.empty() && !entry_.contains("measured");
         if (!use_.measured.empty() && !use_.lobes.empty())
             refuse("lobes", "must be empty: measured data takes their place");
         read_roughness();

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
+#include "server/scene/atlas_jobs.h"
 #include "server/scene/scene_plan.h"
 #include "server/spec/axis_value.h"
+#include "server/spec/kinds.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -52,15 +54,41 @@ Json lookup_of(const Axis& axis, std::int64_t count) {
             {"offset", offset}};
 }
 
+Json json_of(const AngleLookup& along, const char* angle) {
+    return {{"parameter", angle},
+            {"mapping", to_word(Mapping::linear)},
+            {"scale", along.scale},
+            {"offset", along.offset}};
+}
+
+/// Where a material that is measured finds each slice of itself.
+Json json_of(const MeasuredPlace& place, const std::string& id, const ScenePlan& plan) {
+    const PlannedTable& atlas = plan.tables[place.table];
+    Json slices = Json::array();
+    for (const SliceLookup& slice : slice_lookups(atlas.job, place.cell))
+        slices.push_back({{"theta_in_deg", slice.theta_in},
+                          {"x", json_of(slice.phi_d, "phi_d")},
+                          {"y", json_of(slice.theta_d, "theta_d")}});
+    return {{"data", id}, {"table", atlas.name}, {"cell", place.cell}, {"slices", slices}};
+}
+
 Json json_of(const PlannedTable& table) {
     Json serves = Json::array();
-    for (const Served& served : table.serves)
-        serves.push_back({{"material", served.material}, {"lobe", to_word(served.lobe)}});
-    Json lookup = {{"x", lookup_of(table.job.axes[0], table.job.resolution[0])}};
-    if (table.job.axes.size() > 1)
-        lookup["y"] = lookup_of(table.job.axes[1], table.job.resolution[1]);
-    return {{"name", table.name}, {"id", table.id},   {"job", Json::parse(canonical(table.job))},
-            {"serves", serves},   {"lookup", lookup}, {"estimate", json_of(table.estimate)}};
+    for (const Served& served : table.serves) {
+        serves.push_back({{"material", served.material}});
+        if (served.lobe) serves.back()["lobe"] = to_word(*served.lobe);
+    }
+    Json json = {{"name", table.name},
+                 {"id", table.id},
+                 {"job", Json::parse(canonical(table.job))},
+                 {"serves", serves}};
+    if (!is_measured(table.job.kind)) {
+        json["lookup"] = {{"x", lookup_of(table.job.axes[0], table.job.resolution[0])}};
+        if (table.job.axes.size() > 1)
+            json["lookup"]["y"] = lookup_of(table.job.axes[1], table.job.resolution[1]);
+    }
+    json["estimate"] = json_of(table.estimate);
+    return json;
 }
 
 Json json_of(const LobePlan& lobe, const ScenePlan& plan) {
@@ -97,7 +125,7 @@ Json json_of(const MaterialUse& use, const MaterialPlan& material, const ScenePl
     }
     if (lobes.has(Lobe::sheen)) json["sheen_roughness"] = json_of(use.sheen_roughness);
     if (lobes.has(Lobe::clearcoat)) json["clearcoat_roughness"] = json_of(use.clearcoat_roughness);
-    if (!use.measured.empty()) json["measured"] = use.measured;
+    if (material.measured) json["measured"] = json_of(*material.measured, use.measured, plan);
     json["reads"] = reads;
     json["notes"] = use.notes;
     return json;

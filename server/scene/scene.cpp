@@ -52,6 +52,12 @@ std::string short_name(std::string name) {
     return name;
 }
 
+std::string measured_pointer(const SceneUse& scene, const MaterialUse& material) {
+    const std::string place = "/materials/" + std::to_string(material.index.value_or(0));
+    return scene.format == "materials" ? place + "/measured"
+                                       : place + "/extras/" + kMeasuredProperty;
+}
+
 SceneUse read_scene(std::string_view bytes, const SceneChoice& choice) {
     const auto bytes_max = static_cast<std::size_t>(limits().scene_bytes_max);
     if (bytes.size() > bytes_max) {

@@ -74,7 +74,7 @@ struct MaterialUse {
     ColourRange f0{Range{0.04, 0.04}, Range{0.04, 0.04}, Range{0.04, 0.04}};
     Range f90{1, 1};
     Range sheen_roughness, clearcoat_roughness;
-    std::string measured;            ///< id of measured data that replaces the lobes; "" for none
+    std::string measured;            ///< id of measured data in place of all of it; "" for none
     std::vector<std::string> notes;  ///< what could not be read, and what is assumed for it
 };
 
@@ -101,6 +101,9 @@ class InvalidScene : public Error {
     explicit InvalidScene(std::vector<Problem> found);
     std::vector<Problem> problems;
 };
+
+/// Where the document names the measured data of a material that has some.
+std::string measured_pointer(const SceneUse& scene, const MaterialUse& material);
 
 struct SceneChoice {
     std::string scene;    ///< index or name of a glTF scene; "" for the default one

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/scene/atlas_jobs.h"
 #include "server/scene/table_jobs.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -39,13 +40,13 @@ class Planner {
 
     ScenePlan make() {
         for (std::size_t i = 0; i < plan_.scene.materials.size(); ++i)
-            plan_.materials.push_back({i, {}});
+            plan_.materials.push_back({i});
         make_full();
         tell_unlit();
         plan_specular();
         plan_sheen();
         plan_diffuse();
-        tell_measured();
+        plan_measured();
         tell_unserved();
         for (PlannedTable& table : plan_.tables) finish(table);
         return std::move(plan_);
@@ -64,15 +65,22 @@ class Planner {
     /// What an engine with these options bakes once for all scenes.
     void make_full() {
         const Range all{0, 1};
-        const auto add = [&](const char* name, TableKind kind, const Range& piece) {
-            PlannedTable table{name, table_job(kind, piece, options_, {}), "", {}, {}};
+        const auto take = [&](const char* name, JobSpec job) {
+            PlannedTable table{name, std::move(job), "", {}, {}};
             finish(table);
             plan_.full.push_back(std::move(table));
+        };
+        const auto add = [&](const char* name, TableKind kind, const Range& piece) {
+            take(name, table_job(kind, piece, options_, {}));
         };
         add("specular", TableKind::specular, all);
         if (reads_average({})) add("average", TableKind::average, all);
         add("sheen", TableKind::sheen, {kSheenRoughnessLeast, 1});
         if (rules::diffuse_needs_table(options_.diffuse)) add("diffuse", TableKind::diffuse, all);
+        const rules::MeasuredUse measured = rules::measured_use(plan_.scene);
+        std::vector<std::string> ids = measured.used;
+        ids.insert(ids.end(), measured.unused.begin(), measured.unused.end());
+        for (JobSpec& job : atlas_jobs(std::move(ids), options_)) take("atlas", std::move(job));
     }
 
     bool reads_average(const std::optional<rules::Reflectance>& one) const {
@@ -96,7 +104,7 @@ class Planner {
     }
 
     std::size_t add_table(const std::string& kind_name, JobSpec job,
-                          const std::vector<Need>& needs) {
+                          const std::vector<Need>& needs = {}) {
         std::size_t same_kind = 1;
         for (const PlannedTable& table : plan_.tables)
             same_kind += table.name == kind_name || table.name.starts_with(kind_name + "_");
@@ -237,6 +245,12 @@ class Planner {
     void plan_diffuse() {
         const std::vector<Need> needs = rules::needs_with(needs_, {Lobe::diffuse});
         std::vector<Range> used;
+        bool behind = false;
+        for (const MaterialUse& material : plan_.scene.materials)
+            behind |= material.lobes.has(Lobe::diffuse_transmission);
+        if (behind)
+            leave("lambert", "a table of diffuse transmission",
+                  "what glTF lets through is Lambert's: its colour at every angle");
         for (const Need& need : needs) used.push_back(need.roughness);
         if (needs.empty())
             return leave("no_diffuse", "diffuse tables",
@@ -263,11 +277,44 @@ class Planner {
                 " a darker one is not exactly its colour times that");
     }
 
-    void tell_measured() {
+    void plan_measured() {
         const rules::MeasuredUse use = rules::measured_use(plan_.scene);
         plan_.measured = use.used;
         for (const std::string& id : use.unused)
-            leave("measured", "measured material " + id, "no object uses it");
+            leave("measured", "measured material " + called(id), "no object uses it");
+        std::size_t readers = 0;
+        for (JobSpec& job : atlas_jobs(use.used, options_)) {
+            const std::size_t table = add_table("atlas", std::move(job));
+            const auto& cells = plan_.tables[table].job.measured.materials;
+            for (std::size_t cell = 0; cell < cells.size(); ++cell)
+                readers += give_cell(kMeasurementPrefix + cells[cell].data, {table, cell});
+        }
+        const std::size_t equal = rules::equal_tables(readers, use.used.size());
+        if (equal > 0)
+            leave("equal", "atlas: " + counted(equal, "further cell"),
+                  std::to_string(readers) + " materials are measured, and " +
+                      (use.used.size() == 1
+                           ? "all by the same data"
+                           : "by " + std::to_string(use.used.size()) + " sets of data"));
+    }
+
+    /// An unused id with the name of the first material that has it.
+    std::string called(const std::string& id) const {
+        for (const UnusedMaterial& material : plan_.scene.unused)
+            if (material.measured == id && !material.name.empty()) return material.name + ", " + id;
+        return id;
+    }
+
+    /// Materials that read the cell.
+    std::size_t give_cell(const std::string& id, const MeasuredPlace& place) {
+        std::size_t readers = 0;
+        for (std::size_t i = 0; i < plan_.scene.materials.size(); ++i) {
+            if (plan_.scene.materials[i].measured != id) continue;
+            plan_.materials[i].measured = place;
+            plan_.tables[place.table].serves.push_back({i});
+            ++readers;
+        }
+        return readers;
     }
 
     void tell_unserved() {
@@ -283,8 +330,6 @@ class Planner {
             tell("anisotropy", "the tables are of isotropic lobes, which stand in for it");
         if (lobes.has(Lobe::iridescence))
             tell("iridescence", "A and B take the film's reflectance at normal incidence as F0");
-        if (!plan_.measured.empty())
-            tell("measured materials", "no job of this version bakes an atlas");
     }
 
     std::vector<Need> needs_;

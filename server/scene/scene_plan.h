@@ -34,7 +34,7 @@ Estimate estimate_of(const JobSpec& job);
 /// Which lobe of which material (position in SceneUse::materials) reads a table.
 struct Served {
     std::size_t material = 0;
-    Lobe lobe = Lobe::metal;
+    std::optional<Lobe> lobe{};  ///< empty: all of it, measured
 };
 
 struct PlannedTable {
@@ -71,9 +71,16 @@ struct LobePlan {
 /// The albedo in symbols: A, B, T, E_avg the channels, F0, F90 the material's.
 std::string albedo_in_symbols(const LobePlan& lobe);
 
+/// Where measured data stands.
+struct MeasuredPlace {
+    std::size_t table = 0;  ///< position in ScenePlan::tables
+    std::size_t cell = 0;   ///< of the atlas
+};
+
 struct MaterialPlan {
     std::size_t material = 0;
-    std::vector<LobePlan> lobes;
+    std::vector<LobePlan> lobes{};
+    std::optional<MeasuredPlace> measured{};  ///< in place of lobes
 };
 
 struct ScenePlan {
@@ -84,7 +91,7 @@ struct ScenePlan {
     std::vector<LeftOutOfPlan> left_out;
     std::vector<LeftOutOfPlan> unserved;  ///< what the scene has and no table of Kiln is for
     std::vector<MaterialPlan> materials;  ///< one for each of scene.materials
-    std::vector<std::string> measured;    ///< ids that an atlas has to hold
+    std::vector<std::string> measured;    ///< ids that the atlas holds
 };
 
 /// The smallest set of tables that renders the scene under image lighting. Throws InvalidScene

@@ -7,6 +7,8 @@
 #include "server/spec/axis_value.h"
 #include "server/spec/channels.h"
 #include "server/spec/deficit.h"
+#include "server/spec/kinds.h"
+#include "server/spec/slice_grid.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -20,6 +22,8 @@ constexpr double kSheenNoVLeast = 1e-4;
 // Samples a second that two cores with AVX-512 were seen to integrate, by benchmarks/bench_kernels:
 // a scale for people, not a promise.
 constexpr double kGgxRate = 1.5e9, kOtherRate = 0.2e9;
+// Texels a second of an atlas with its albedos and lookup errors, by the same cores.
+constexpr double kAtlasRate = 0.7e6;
 
 std::string number(double value) {
     char text[32];
@@ -70,7 +74,7 @@ std::uint64_t pixel_bytes(PixelType pixel) {
         case PixelType::uint16:
             return 2;
         case PixelType::float32:
-        case PixelType::rgb9e5:  // of measured kinds, which have no such figure
+        case PixelType::rgb9e5:  // three colours
             return 4;
     }
     __builtin_unreachable();
@@ -123,9 +127,22 @@ std::uint64_t texels_drawn_twice(const JobSpec& job) {
     return count;
 }
 
+/// Nothing but interpolation of what was measured: no BRDF is evaluated.
+Estimate estimate_of_measured(const JobSpec& job) {
+    const SliceGrid grid = slice_grid(job);
+    const std::uint64_t texels = grid.width() * grid.height();
+    // Where values come from stands in a channel of its own, which a PNG has no place for.
+    const std::uint64_t colours = job.pixel == PixelType::rgb9e5 ? 1 : 3;
+    const std::uint64_t channels = colours + (job.format == ImageFormat::exr ? 1 : 0);
+    return {.evaluations = 0,
+            .bytes = texels * channels * pixel_bytes(job.pixel),
+            .seconds = static_cast<double>(texels) / kAtlasRate};
+}
+
 }  // namespace
 
 Estimate estimate_of(const JobSpec& job) {
+    if (is_measured(job.kind)) return estimate_of_measured(job);
     Estimate estimate;
     const bool averaged =
         std::none_of(job.quantities.begin(), job.quantities.end(), depends_on_NoV);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/spec/json_text.h"
+#include "server/spec/measurement_names.h"
 #include "server/spec/phrases.h"
 
 namespace kiln {
@@ -50,6 +51,11 @@ Place Place::object(const char* name) const {
         value = nullptr;
     }
     return at(name, value);
+}
+
+Place Place::extras(const char* name) const {
+    const Json* value = member(name);
+    return at(name, value != nullptr && value->is_object() ? value : nullptr);
 }
 
 Place Place::list(const char* name, std::size_t count_max) const {
@@ -165,6 +171,14 @@ std::string Place::text(const char* name, std::size_t characters_max) const {
     problems_->add(join_pointer(pointer_, name), "has " + std::to_string(given->size()) +
                                                      " bytes; allowed: at most " +
                                                      std::to_string(characters_max));
+    return "";
+}
+
+std::string Place::measurement(const char* name) const {
+    const std::string* given = text_at(name);
+    if (given == nullptr) return "";
+    if (!measurement_digest(*given).empty()) return *given;
+    wrong(name, *member(name), kMeasurementAllowed);
     return "";
 }
 

@@ -26,6 +26,9 @@ class Place {
     bool has(const char* name) const;
     /// The member, when it is an object.
     Place object(const char* name) const;
+    /// The same, but whatever else stands there is nobody's fault: what glTF leaves to
+    /// applications.
+    Place extras(const char* name) const;
     /// The member, when it is an array of at most `count_max` entries.
     Place list(const char* name, std::size_t count_max) const;
     /// The entry of an array, when it is an object.
@@ -46,6 +49,8 @@ class Place {
     std::string text(const char* name, std::size_t characters_max = SIZE_MAX) const;
     /// The text itself, not copied; null where there is none.
     const std::string* text_at(const char* name) const;
+    /// The id of measured data, "" where there is none.
+    std::string measurement(const char* name) const;
     std::vector<std::string> texts(const char* name, std::size_t count_max) const;
 
   private:

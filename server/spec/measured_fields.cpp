@@ -94,12 +94,10 @@ class MeasuredReader {
   private:
     void read_material(const Entry& entry, const Extrapolation& usual) {
         const auto& text = entry.data->get_ref<const std::string&>();
-        const std::string_view prefix = kMeasurementPrefix;
-        const std::string digest = text.starts_with(prefix) ? text.substr(prefix.size()) : "";
-        if (!is_sha256_hex(digest)) {
-            problems_.add(entry.pointer, "is " + in_quotes(text) +
-                                             "; must be \"sha256:\" and 64 lower-case hex digits, "
-                                             "as POST /v1/measurements answers");
+        const std::string digest = measurement_digest(text);
+        if (digest.empty()) {
+            problems_.add(entry.pointer,
+                          "is " + in_quotes(text) + "; must be " + kMeasurementAllowed);
             return;
         }
         MeasuredMaterial material{digest, digest.substr(0, kNameDigits), usual};
@@ -148,11 +146,8 @@ void read_resolution(const Json& given, const Json& document, ProblemList& probl
             problems.add("/resolution/" + std::to_string(i),
                          "is 1; a slice has at least 2, one at each end of its angle");
     if (!problems.sound("/resolution") || !problems.sound("/measured")) return;
-    const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
-    const SliceGrid grid =
-        slice_grid(size(job.resolution[0]), size(job.resolution[1]), size(job.measured.gutter),
-                   job.measured.theta_in.size(), job.measured.materials.size());
-    if (const auto why = too_large(grid)) problems.add("/resolution", "the image " + *why);
+    if (const auto why = too_large(slice_grid(job)))
+        problems.add("/resolution", "the image " + *why);
 }
 
 }  // namespace
@@ -173,6 +168,12 @@ Json measured_json(const MeasuredSpec& measured) {
                                {"l", material.extrapolation.l},
                                {"theta_in", to_word(material.extrapolation.theta_in)}}}});
     return {{"data", materials}, {"theta_in", measured.theta_in}, {"gutter", measured.gutter}};
+}
+
+std::string measurement_digest(std::string_view id) {
+    const std::string_view prefix = kMeasurementPrefix;
+    if (!id.starts_with(prefix) || !is_sha256_hex(id.substr(prefix.size()))) return "";
+    return std::string(id.substr(prefix.size()));
 }
 
 std::vector<std::string> measurement_pointers(std::string_view job_text) {

@@ -8,6 +8,13 @@
 
 namespace kiln {
 
+/// The 64 hex digits of an id, "" where it is none.
+std::string measurement_digest(std::string_view id);
+
+/// What stands in the place of one that is none must be: a sentence's end.
+inline constexpr const char* kMeasurementAllowed =
+    "\"sha256:\" and 64 lower-case hex digits, as POST /v1/measurements answers";
+
 /// Where a job's text names its measurements: a JSON pointer for each, in their order. The text has
 /// passed parse_job.
 std::vector<std::string> measurement_pointers(std::string_view job_text);

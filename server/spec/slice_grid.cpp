@@ -27,6 +27,18 @@ SliceGrid slice_grid(std::size_t width, std::size_t height, std::size_t gutter,
     return grid;
 }
 
+SliceGrid slice_grid(const JobSpec& job) {
+    const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
+    return slice_grid(size(job.resolution[0]), size(job.resolution[1]), size(job.measured.gutter),
+                      job.measured.theta_in.size(), job.measured.materials.size());
+}
+
+SliceGrid::Place SliceGrid::place(std::size_t slice, std::size_t cell, std::size_t gutter) const {
+    const std::size_t column = slice % slice_columns * cell_columns + cell % cell_columns;
+    const std::size_t row = slice / slice_columns * cell_rows + cell / cell_columns;
+    return {column * cell_width + gutter, row * cell_height + gutter};
+}
+
 std::optional<std::string> too_large(const SliceGrid& grid) {
     const auto side_max = static_cast<std::size_t>(limits().atlas_side_max);
     const auto texels_max = static_cast<std::size_t>(limits().atlas_texels_max);

@@ -8,10 +8,11 @@ import re
 import unittest
 import urllib.request
 
-from kiln_cli import KilnTest
+from kiln_cli import SOURCE, KilnTest
 
 # Small, native, and quick to prove: no sheen, whose full set takes a second.
 SMALL = ("--set", "resolution=9", "--set", "sample_count=256", "--set", "device=native")
+QUICK = ("--no-proof",)  # whose fine tables take this process most of a second
 STEEL = {"name": "steel", "lobes": ["metal"], "roughness": 0.4, "metal_f0": [0.56, 0.57, 0.58]}
 PAINT = {"name": "paint", "lobes": ["dielectric", "diffuse"], "roughness": [0.5, 0.75]}
 
@@ -77,7 +78,7 @@ class BakeScene(KilnTest):
         return json.loads(self.kiln("info", f"out/{name}", "--json")[0])
 
     def test_a_folder_of_tables_a_manifest_and_a_report(self):
-        manifest, report = self.bake(STEEL, PAINT)
+        manifest, report = self.bake(STEEL, PAINT, arguments=QUICK)
         self.assertEqual(sorted(os.listdir(self.path("out"))),
                          ["average.exr", "manifest.json", "report.json", "specular.exr",
                           "specular_2.exr"])
@@ -119,11 +120,11 @@ class BakeScene(KilnTest):
         self.assertFalse(report["proof"]["holds"])
 
     def test_baking_again_bakes_what_changed(self):
-        before, _ = self.bake(STEEL, PAINT)
-        _, again = self.bake(STEEL, PAINT)
+        before, _ = self.bake(STEEL, PAINT, arguments=QUICK)
+        _, again = self.bake(STEEL, PAINT, arguments=QUICK)
         self.assertEqual([t["kept"] for t in again["tables"]], [True, True, True])
         self.assertEqual(again["work"]["brdf_evaluations"], 0)
-        after, changed = self.bake(STEEL, dict(PAINT, roughness=[0.5, 1]))
+        after, changed = self.bake(STEEL, dict(PAINT, roughness=[0.5, 1]), arguments=QUICK)
         self.assertEqual([t["kept"] for t in changed["tables"]], [True, True, False])
         self.assertNotEqual(before["tables"][2]["id"], after["tables"][2]["id"])
         plan = json.loads(self.kiln("plan", "scene.json", "--json", *SMALL)[0])
@@ -131,19 +132,19 @@ class BakeScene(KilnTest):
                          plan["tables"][2]["estimate"]["evaluations"])
         # Colours that A and B serve are the manifest's matter alone.
         manifest, recoloured = self.bake(dict(STEEL, metal_f0=[1, 0.8, 0.3]),
-                                         dict(PAINT, roughness=[0.5, 1]))
+                                         dict(PAINT, roughness=[0.5, 1]), arguments=QUICK)
         self.assertEqual([t["kept"] for t in recoloured["tables"]], [True, True, True])
         self.assertEqual(manifest["materials"][0]["metal_f0"]["lo"], [1, 0.8, 0.3])
 
     def test_a_damaged_file_is_baked_again_and_one_too_many_is_removed(self):
-        self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        self.bake(STEEL, PAINT, arguments=QUICK)
         good = self.read("out/specular.exr")
         self.write("out/specular.exr", good[:-1] + b"x")
-        _, report = self.bake(STEEL, PAINT, arguments=("--no-proof",))
+        _, report = self.bake(STEEL, PAINT, arguments=QUICK)
         self.assertEqual([t["kept"] for t in report["tables"]], [False, True, True])
         self.assertEqual(self.read("out/specular.exr"), good)
         self.write("out/mine.txt", "stays")
-        self.bake(STEEL, arguments=("--no-proof",))
+        self.bake(STEEL, arguments=QUICK)
         self.assertEqual(sorted(os.listdir(self.path("out"))),
                          ["average.exr", "manifest.json", "mine.txt", "report.json",
                           "specular.exr"])
@@ -154,7 +155,7 @@ class BakeScene(KilnTest):
         entry = {"name": "x", "file": "../victim.exr", "id": "0" * 64, "sha256": "0" * 64,
                  "engine": "e"}
         self.write("out/manifest.json", {"kiln_manifest": 1, "tables": [entry, 7, None]})
-        self.bake(STEEL, arguments=("--no-proof",))
+        self.bake(STEEL, arguments=QUICK)
         self.assertEqual(self.read("victim.exr"), b"precious")
 
     def test_a_scene_that_needs_nothing(self):
@@ -177,6 +178,90 @@ class BakeScene(KilnTest):
         self.assertEqual(self.files(), ["file", "scene.json"])
 
 
+class Measured(KilnTest):
+    """Materials that are measured: one atlas of those that are used."""
+
+    def setUp(self):
+        super().setUp()
+        with open(os.path.join(SOURCE, "examples/measured/felt.csv"), "rb") as file:
+            self.write("felt.csv", file.read())
+        self.felt = self.id_of("felt.csv")
+
+    def id_of(self, name):
+        return "sha256:" + hashlib.sha256(self.read(name)).hexdigest()
+
+    def scene(self, *names, **more):
+        self.write("scene.json", {"materials": [{"name": name, "measured": self.felt, **more}
+                                                for name in names] + [STEEL]})
+
+    def bake(self, *arguments):
+        self.kiln("bake", "--scene", "scene.json", "-o", "out", "--no-proof", *SMALL, *arguments)
+        report = json.loads(self.read("out/report.json"))
+        return {table["name"]: table["kept"] for table in report["tables"]}
+
+    def missing(self, *arguments):
+        stdout, _ = self.kiln("bake", "--scene", "scene.json", "-o", "none", "--json", *SMALL,
+                              *arguments, exit_status=2)
+        problem = json.loads(stdout)
+        self.assertEqual(problem["code"], "measurement_missing")
+        self.assertEqual(os.listdir(self.path("none")), [])
+        return problem["problems"]
+
+    def check_places(self):
+        """The manifest's texture coordinates are the side-car's texels."""
+        manifest = json.loads(self.read("out/manifest.json"))
+        sidecar = json.loads(self.read("out/atlas.sidecar.json"))
+        table = [table for table in manifest["tables"] if table["kind"] == "atlas"][0]
+        self.assertEqual(hashlib.sha256(self.read("out/atlas.sidecar.json")).hexdigest(),
+                         table["sidecar"]["sha256"])
+        place = manifest["materials"][0]["measured"]
+        self.assertEqual((place["data"], place["table"]), (self.felt, "atlas"))
+        cell = sidecar["materials"][place["cell"]]
+        self.assertEqual(cell["data"], self.felt)
+        image, slice_ = sidecar["image"], sidecar["slice"]
+        for ours, theirs in zip(place["slices"], cell["slices"], strict=True):
+            self.assertEqual(ours["theta_in_deg"], theirs["theta_in_deg"])
+            for axis, size, count, turn in (("x", image["width"], slice_["width"], 2 * math.pi),
+                                            ("y", image["height"], slice_["height"], math.pi)):
+                texel = ours[axis]["offset"] * size
+                self.assertAlmostEqual(texel, theirs[axis] + 0.5, places=6)
+                self.assertAlmostEqual(ours[axis]["scale"] * turn * size, count - 1, places=6)
+
+    def test_in_this_process(self):
+        self.scene("felt", "chair")
+        places = [problem["pointer"] for problem in self.missing("--local")]
+        self.assertEqual(places, ["/materials/0/measured", "/materials/1/measured"])
+        given = ("--local", "--measurement", "felt.csv")
+        self.assertEqual(self.bake(*given), {"specular": False, "average": False, "atlas": False})
+        self.check_places()
+        # A name is nothing to the atlas, whose file is not asked for.
+        self.scene("loden")
+        self.assertEqual(self.bake("--local"), {"specular": True, "average": True, "atlas": True})
+        self.write("out/atlas.sidecar.json", "{}")
+        self.kiln("bake", "--scene", "scene.json", "-o", "out", "--local", exit_status=2)
+        self.scene("felt", used=False)
+        self.assertEqual(self.bake(*given), {"specular": True, "average": True})
+        self.assertNotIn("atlas.sidecar.json", os.listdir(self.path("out")))
+        self.kiln("bake", "--scene", "scene.json", "-o", "out", "--local", "--measurement",
+                  "scene.json", exit_status=2)
+        self.kiln("bake", "--scene", "scene.json", "-o", "out", "--sidecar", "x", exit_status=2)
+
+    def test_on_a_server(self):
+        url = self.serve()
+        self.write("scene.json", {
+            "asset": {"version": "2.0"}, "meshes": [{"primitives": [{"material": 0}]}],
+            "materials": [{"extras": {"kiln_measured": self.felt}}]})
+        problem, = self.missing("--server", url)
+        self.assertEqual(problem["pointer"], "/materials/0/extras/kiln_measured")
+        self.assertIn(url, problem["message"])
+        self.kiln("measure", "upload", "felt.csv", "--server", url)
+        self.assertEqual(self.bake("--server", url), {"atlas": False})
+        self.check_places()
+        self.assertEqual(self.bake("--server", url), {"atlas": True})
+        # What a server made is what this process makes.
+        self.assertEqual(self.bake("--local"), {"atlas": True})
+
+
 class OnAServer(KilnTest):
     def setUp(self):
         super().setUp()
@@ -195,7 +280,8 @@ class OnAServer(KilnTest):
 
     def test_one_batch_the_same_bytes_and_cached(self):
         self.bake("server", STEEL, PAINT)
-        self.kiln("bake", "--scene", "scene.json", "-o", "local", "--local", *SMALL)
+        self.kiln("bake", "--scene", "scene.json", "-o", "local", "--local", *QUICK,
+                  *SMALL)
         for name in ("specular.exr", "average.exr", "specular_2.exr", "manifest.json"):
             self.assertEqual(self.read("local/" + name), self.read("server/" + name))
         report = self.bake("other", STEEL, PAINT)

@@ -267,8 +267,13 @@ void add_lists(std::vector<HostileScene>& all) {
             "/materials/0/sheen_roughness");
     invalid("list: ior and f0", R"({"lobes":["dielectric"],"ior":1.4,"f0":0.04})",
             "/materials/0/ior");
-    invalid("list: measured and lobes", R"({"lobes":["metal"],"measured":"x"})",
-            "/materials/0/lobes");
+    invalid("list: measured and lobes",
+            R"({"lobes":["metal"],"measured":")" + measurement('a') + "\"}", "/materials/0/lobes");
+    invalid("list: measured by a file's name", R"({"measured":"../../etc/passwd"})",
+            "/materials/0/measured");
+    invalid("list: measured by no text", R"({"measured":7})", "/materials/0/measured");
+    invalid("list: measured and not used, by half a hash",
+            R"({"used":false,"measured":"sha256:0123"})", "/materials/0/measured");
     invalid("list: a name of a thousand", R"({"name":")" + std::string(1000, 'n') + "\"}",
             "/materials/0/name");
 }

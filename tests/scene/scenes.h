@@ -7,6 +7,9 @@
 
 namespace kiln::test {
 
+/// Of 64 times the digit.
+inline std::string measurement(char digit) { return "sha256:" + std::string(64, digit); }
+
 /// A binary glTF of a JSON text and a buffer.
 std::string glb_of(std::string json, std::string binary);
 

@@ -23,7 +23,8 @@ std::vector<std::string> sound_scenes() {
                      R"("textures":[{"source":0}],"images":[{"uri":"data:image/png;base64,)" +
                          base64(png) + "\"}],"),
             R"({"materials":[{"name":"a","lobes":["metal","sheen"],"roughness":[0.2,0.4],)"
-            R"("sheen_roughness":0.5,"metal_f0":[1,0.5,0.2]},{"measured":"m","used":false}]})"};
+            R"("sheen_roughness":0.5,"metal_f0":[1,0.5,0.2]},{"measured":")" +
+                measurement('0') + R"(","used":false},{"measured":")" + measurement('1') + "\"}]}"};
 }
 
 }  // namespace kiln::test

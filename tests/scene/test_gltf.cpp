@@ -277,6 +277,34 @@ TEST(Gltf, MaterialExtensionsThatAreNotKnownAreWarnedOf) {
               2u);
 }
 
+std::string with_extras(const std::string& extras) {
+    return R"({"pbrMetallicRoughness":{"roughnessFactor":0.3},"extras":)" + extras + "}";
+}
+
+TEST(Gltf, MeasuredDataTakesThePlaceOfLobes) {
+    const std::string id = test::measurement('a');
+    const MaterialUse use = only(scene_of(with_extras(R"({"kiln_measured":")" + id + "\"}")));
+    EXPECT_EQ(use.measured, id);
+    EXPECT_EQ(lobes_of(use), "");
+    EXPECT_FALSE(use.unlit);
+    const SceneUse scene =
+        read_scene(scene_of("{}," + with_extras(R"({"kiln_measured":")" + id + "\"}")), {});
+    ASSERT_EQ(scene.unused.size(), 1u);
+    EXPECT_EQ(scene.unused[0].measured, id);
+}
+
+TEST(Gltf, OtherExtrasAreNobodysFault) {
+    for (const char* extras : {"7", "[1]", "null", R"("kiln_measured")", R"({"kiln":{}})"})
+        EXPECT_EQ(lobes_of(only(scene_of(with_extras(extras)))), "metal") << extras;
+    for (const char* wrong : {"7", "{}", R"("felt.csv")", R"("sha256:AB")"}) try {
+            read_scene(scene_of(with_extras(R"({"kiln_measured":)" + std::string(wrong) + "}")),
+                       {});
+            ADD_FAILURE() << wrong;
+        } catch (const InvalidScene& error) {
+            EXPECT_EQ(error.problems.at(0).pointer, "/materials/0/extras/kiln_measured");
+        }
+}
+
 TEST(Gltf, NamesAreCutBetweenCharacters) {
     std::string name(255, 'n');
     const MaterialUse use = only(scene_of("{\"name\":\"" + name + "\u00e4\u00e4\"}"));

@@ -2,16 +2,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "server/compute/axes.h"
 #include "server/compute/engine.h"
+#include "server/scene/atlas_jobs.h"
 #include "server/scene/plan_options.h"
 #include "server/scene/scene_plan.h"
 #include "server/spec/contract.h"
 #include "server/spec/spec.h"
+#include "tests/scene/scenes.h"
 
 namespace kiln {
 namespace {
@@ -123,11 +126,75 @@ TEST(Plan, EqualTablesAreOne) {
     EXPECT_TRUE(left_out_by(plan, "equal"));
 }
 
+std::string measured(char digit, const std::string& more = "") {
+    return R"({"measured":")" + test::measurement(digit) + "\"" + more + "}";
+}
+
 TEST(Plan, MeasuredDataThatNothingUsesIsNotInTheAtlas) {
-    const ScenePlan plan = plan_of(R"({"measured":"a"},{"measured":"b","used":false})");
-    EXPECT_EQ(plan.measured, (std::vector<std::string>{"a"}));
+    const ScenePlan plan =
+        plan_of(measured('b') + "," + measured('c', R"(,"used":false)") + "," + measured('a'));
+    EXPECT_EQ(names_of(plan), "atlas");
+    EXPECT_EQ(plan.tables[0].job.kind, Kind::atlas);
+    const auto& cells = plan.tables[0].job.measured.materials;
+    ASSERT_EQ(cells.size(), 2u);
+    EXPECT_EQ(cells[0].data, std::string(64, 'a'));
+    EXPECT_EQ(cells[1].data, std::string(64, 'b'));
+    EXPECT_EQ(plan.materials[0].measured.value().cell, 1u);
     EXPECT_TRUE(left_out_by(plan, "measured"));
-    EXPECT_EQ(plan.unserved.size(), 1u);
+    EXPECT_TRUE(plan.unserved.empty());
+    EXPECT_EQ(plan.full.back().job.measured.materials.size(), 3u);
+    EXPECT_TRUE(contract_problems("Plan", to_json(plan)).empty());
+    // Four slices of 361 x 181 texels of two cells, four half floats each.
+    EXPECT_EQ(plan.tables[0].estimate.bytes, 4u * 361 * 181 * 2 * 4 * 2);
+}
+
+TEST(Plan, EqualMeasuredDataIsOneCellAndNoNameOrOrderMakesAnotherAtlas) {
+    const ScenePlan plan = plan_of(measured('a') + "," + measured('a') + "," + measured('b'));
+    EXPECT_EQ(plan.tables.at(0).job.measured.materials.size(), 2u);
+    EXPECT_EQ(plan.tables[0].serves.size(), 3u);
+    EXPECT_TRUE(left_out_by(plan, "equal"));
+    const ScenePlan other = plan_of(measured('b', R"(,"name":"felt")") + "," + measured('a'));
+    EXPECT_EQ(other.tables.at(0).id, plan.tables[0].id);
+    EXPECT_FALSE(left_out_by(other, "equal"));
+}
+
+TEST(Plan, SlicesLieInTheAtlasWhereTheManifestSays) {
+    const ScenePlan plan = plan_of(measured('a') + "," + measured('b'));
+    const auto slices = slice_lookups(plan.tables.at(0).job, 1);
+    // 0, 20, 40, 60 degrees, two in a row, each of two cells of 361 x 181: 1444 x 362 texels.
+    ASSERT_EQ(slices.size(), 4u);
+    EXPECT_EQ(slices[3].theta_in, 60);
+    const auto texel = [](const AngleLookup& along, double angle, double size) {
+        return (along.scale * angle + along.offset) * size - 0.5;
+    };
+    const double pi = std::acos(-1.0);
+    EXPECT_NEAR(texel(slices[0].phi_d, 0, 1444), 361, 1e-9);
+    EXPECT_NEAR(texel(slices[3].phi_d, 0, 1444), 3 * 361, 1e-9);
+    EXPECT_NEAR(texel(slices[3].phi_d, 2 * pi, 1444), 3 * 361 + 360, 1e-9);
+    EXPECT_NEAR(texel(slices[3].theta_d, 0, 362), 181, 1e-9);
+    EXPECT_NEAR(texel(slices[3].theta_d, pi, 362), 361, 1e-9);
+}
+
+TEST(Plan, AnAtlasKeepsWhatIsBrighterThanOneAndNoMoreThanAJobMay) {
+    PlanOptions options;
+    options.format = ImageFormat::png;
+    options.pixel = PixelType::uint8;
+    std::string many;
+    for (int i = 0; i < 300; ++i) {
+        const std::string number = std::to_string(1000 + i);
+        many +=
+            (i ? ",{" : "{") + (R"("measured":"sha256:)" + std::string(60, '0') + number) + "\"}";
+    }
+    const ScenePlan plan = plan_of(many, options);
+    std::size_t cells = 0;
+    for (const PlannedTable& table : plan.tables) {
+        EXPECT_EQ(table.job.pixel, PixelType::rgb9e5);
+        EXPECT_EQ(parse_job(canonical(table.job)), table.job);
+        cells += table.job.measured.materials.size();
+    }
+    EXPECT_EQ(cells, 300u);
+    EXPECT_GT(plan.tables.size(), 1u);
+    for (const MaterialPlan& material : plan.materials) EXPECT_TRUE(material.measured);
 }
 
 TEST(Plan, UnlitNeedsNothing) {
