@@ -9,6 +9,7 @@
 #include "server/compute/fresnel.h"
 #include "server/compute/multiscatter.h"
 #include "server/spec/axis_value.h"
+#include "server/spec/channels.h"
 
 namespace kiln::client {
 
@@ -17,8 +18,8 @@ namespace {
 // The full set's own error against quadrature, bilinear lookup included, stays below a tenth of
 // what 64 nodes and half floats leave.
 constexpr std::int64_t kFullNodes = 256;
-// Of sheen and rough diffuse lobes, which quadrature has no rule for. Their samples are not the
-// plan's: the same points would hide the same error on both sides (2.5e-2 of Charlie at roughness
+// Of lobes that quadrature has no rule for, such as sheen's. Their samples are not the plan's: the
+// same points would hide the same error on both sides (2.5e-2 of Charlie at roughness
 // 0.07 under 1024 of them). Against 2^20 samples these are off by 5e-4.
 constexpr std::int64_t kSampledNodes = 128, kSampledMost = 65536;
 constexpr double kSampledError = 1e-3;
@@ -166,10 +167,15 @@ FullSet full_set_of(const ScenePlan& plan) {
     fine.format = ImageFormat::exr;
     fine.pixel = PixelType::float32;
     FullSet full;
-    const auto add = [&](TableKind kind, const Range& piece, std::int64_t nodes, bool exact) {
-        fine.resolution = nodes;
+    const auto add = [&](TableKind kind, const Range& piece) {
+        fine.resolution = kFullNodes;
         JobSpec job = table_job(kind, piece, fine, {});
-        if (!exact) {
+        const bool sampled = std::any_of(
+            job.quantities.begin(), job.quantities.end(),
+            [&](Quantity quantity) { return quadrature_lacks(job, quantity).has_value(); });
+        if (sampled) {
+            fine.resolution = kSampledNodes;
+            job = table_job(kind, piece, fine, {});
             job.sample_count = kSampledMost;
             job.target_error = kSampledError;
         } else {
@@ -189,10 +195,10 @@ FullSet full_set_of(const ScenePlan& plan) {
     const Multiscatter added = plan.options.multiscatter;
     const bool averaged =
         added == Multiscatter::kulla_conty || added == Multiscatter::kulla_conty_linear;
-    if (specular) add(TableKind::specular, {0, 1}, kFullNodes, true);
-    if (specular && averaged) add(TableKind::average, {0, 1}, kFullNodes, true);
-    if (sheen) add(TableKind::sheen, {kSheenRoughnessLeast, 1}, kSampledNodes, false);
-    if (diffuse) add(TableKind::diffuse, {0, 1}, kSampledNodes, false);
+    if (specular) add(TableKind::specular, {0, 1});
+    if (specular && averaged) add(TableKind::average, {0, 1});
+    if (sheen) add(TableKind::sheen, {kSheenRoughnessLeast, 1});
+    if (diffuse) add(TableKind::diffuse, {0, 1});
     return full;
 }
 

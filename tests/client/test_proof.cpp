@@ -25,7 +25,7 @@ TEST(Proof, WhatIsSampledForItHasSamplesOfItsOwn) {
         EXPECT_EQ(coarse.jobs[i], fine.jobs[i]);
         EXPECT_LE(coarse.jobs[i].target_error.value(), 1e-3);
     }
-    EXPECT_EQ(sampled, 2u);
+    EXPECT_EQ(sampled, 1u) << "sheen; quadrature has the others";
 }
 
 }  // namespace
