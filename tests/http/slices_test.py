@@ -159,7 +159,8 @@ class Measured(ServiceTest):
 
     def test_a_long_atlas_tells_its_progress_and_can_be_cancelled(self):
         """Some ten million texels: seconds at least, of which the test waits for a part."""
-        job = {"kind": "atlas", "measured": {"data": [self.satin, self.felt] * 4},
+        job = {"kind": "atlas", "measured": {"data": [self.satin, self.felt] * 4,
+                                             "theta_in": [0, 20, 40, 60]},
                "resolution": [1024, 512]}
         job_id = self.server.post(job).json["id"]
         seen = set()

@@ -53,7 +53,7 @@ TEST(PredictedError, BracketsTheErrorOfTheWholeChain) {
         const Material material = material_of(file_of(truth, 3));
         for (const bool coarse : {false, true}) {
             SliceLayout layout;
-            if (coarse) layout.theta_in = {0, 20, 40, 60};
+            if (coarse) layout.theta_in = {0, 20, 40, 60}, layout.width = 181, layout.height = 91;
             const SliceTable made = make_slices(layout, {&material});
             const PredictedError predicted = made.accounts[0].predicted;
             ASSERT_TRUE(predicted.knows_theta_in);
