@@ -62,8 +62,7 @@ struct Engine::State {
         return asked == DeviceChoice::automatic ? options.device : asked;
     }
 
-    Choice choose(DeviceChoice asked, std::span<const KernelKind> kernels,
-                  const Control& control) {
+    Choice choose(DeviceChoice asked, std::span<const KernelKind> kernels, const Control& control) {
         const DeviceChoice device = wanted(asked);
         if (device == DeviceChoice::native) return {};
         if (!options.opencl_disabled_reason.empty())

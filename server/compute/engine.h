@@ -72,9 +72,9 @@ class Engine {
         DeviceReport device;
         double compile_s = 0;
     };
-    /// Hands `work` a backend that has these programs: OpenCL where `device` and the options let it,
-    /// else native. What OpenCL fails at is done once more on native, unless OpenCL was asked for by
-    /// name. Throws as run() does, and what `work` throws.
+    /// Hands `work` a backend that has these programs: OpenCL where `device` and the options let
+    /// it, else native. What OpenCL fails at is done once more on native, unless OpenCL was asked
+    /// for by name. Throws as run() does, and what `work` throws.
     Place run_on(DeviceChoice device, std::span<const KernelKind> kernels, const Control& control,
                  const std::function<void(Backend&)>& work);
     std::vector<DeviceInfo> devices();

@@ -34,8 +34,8 @@ void set_cubic(std::span<const double> incidences, double theta_in, int before, 
     taps[0].weight = (2 * u - 3) * u * u + 1;
     taps[1].weight = 1 - taps[0].weight;
     const auto add = [&](std::array<int, 3> of, int end, double share) {
-        const std::array<double, 3> slope = slope_weights({at(of[0]), at(of[1]), at(of[2])},
-                                                          at(end));
+        const std::array<double, 3> slope =
+            slope_weights({at(of[0]), at(of[1]), at(of[2])}, at(end));
         for (std::size_t k = 0; k < 3; ++k)
             taps[static_cast<std::size_t>(of[k])].weight += share * width * slope[k];
     };
@@ -74,9 +74,7 @@ double left_out(const Material& material, std::size_t lobe, std::vector<Tap> tap
 
 }  // namespace
 
-std::string to_string(Between between) {
-    return between == Between::linear ? "linear" : "cubic";
-}
+std::string to_string(Between between) { return between == Between::linear ? "linear" : "cubic"; }
 
 std::vector<Tap> taps_at(std::span<const double> incidences, double theta_in, Between between) {
     const std::size_t count = incidences.size();
@@ -86,8 +84,7 @@ std::vector<Tap> taps_at(std::span<const double> incidences, double theta_in, Be
     if (low + 1 == count || incidences[low] == theta_in) return {{low, false, 1}};
     std::vector<Tap> taps = {{low, false, 0}, {low + 1, false, 0}};
     if (between == Between::linear) {
-        taps[1].weight =
-            (theta_in - incidences[low]) / (incidences[low + 1] - incidences[low]);
+        taps[1].weight = (theta_in - incidences[low]) / (incidences[low + 1] - incidences[low]);
         taps[0].weight = 1 - taps[1].weight;
         return taps;
     }

@@ -50,8 +50,7 @@ float* nodes_of(LobeTables& tables, std::size_t lobe, unsigned ring) {
 Vec place_of(const MeasuredShape& shape, unsigned ring, unsigned spoke) {
     const double root = static_cast<double>(ring) / (shape.rings - 1), rho = root * root;
     const double sine = 2 * rho * std::sqrt(std::max(0.0, 1 - rho * rho));
-    const double turn =
-        2 * std::numbers::pi * (spoke % (shape.spokes - 1)) / (shape.spokes - 1);
+    const double turn = 2 * std::numbers::pi * (spoke % (shape.spokes - 1)) / (shape.spokes - 1);
     return {sine * std::cos(turn), sine * std::sin(turn), 1 - 2 * rho * rho};
 }
 
@@ -61,8 +60,7 @@ void fill_ring(const Material& material, std::size_t station, unsigned ring, Lob
     float* node = nodes_of(tables, station, ring);
     std::uint32_t hint = Triangulation::kNone;
     for (unsigned spoke = 0; spoke < tables.shape.spokes; ++spoke, node += 4) {
-        const Vec out =
-            from_mirror(tables.theta_in[station], place_of(tables.shape, ring, spoke));
+        const Vec out = from_mirror(tables.theta_in[station], place_of(tables.shape, ring, spoke));
         Origin origin{};
         const Colour f = material.edge_value(lobe, out, hint, origin);
         for (std::size_t k = 0; k < 3; ++k) node[k] = static_cast<float>(f[k]);
@@ -90,8 +88,8 @@ void mix_ring(const Material& material, std::size_t station, unsigned ring,
         }
         for (std::size_t k = 0; k < 3; ++k)
             node[k] = static_cast<float>(material.floor() * std::sinh(sum[k]));
-        node[3] = std::max(sources[taps[0].lobe].origin[spoke],
-                           sources[taps[1].lobe].origin[spoke]);
+        node[3] =
+            std::max(sources[taps[0].lobe].origin[spoke], sources[taps[1].lobe].origin[spoke]);
     }
 }
 

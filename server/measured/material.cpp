@@ -226,9 +226,8 @@ Colour Material::station_value(const Station& station, Vec about, Origin& origin
 
 Colour Material::aligned_value(double theta_in, Vec out, Origin& origin) const {
     const Vec about = to_mirror(theta_in, out);
-    const auto above =
-        std::upper_bound(stations_.begin(), stations_.end(), theta_in,
-                         [](double t, const Station& s) { return t < s.theta_in; });
+    const auto above = std::upper_bound(stations_.begin(), stations_.end(), theta_in,
+                                        [](double t, const Station& s) { return t < s.theta_in; });
     if (above == stations_.begin()) return station_value(stations_.front(), about, origin);
     const Station& low = *(above - 1);
     if (above == stations_.end() || low.theta_in == theta_in) {

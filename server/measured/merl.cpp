@@ -107,9 +107,10 @@ Reading read_merl_of(std::string_view bytes, const MerlSizes& sizes) {
     account.found("convention", "f", "the format stores f_r, times 1500 / (1.00, 1.15, 1.66)");
     account.found("angles", "half vector and difference, theta_h dense at its peak",
                   "the sizes in the first 12 bytes");
-    account.found("symmetry", azimuths == sizes.half_turn ? "isotropic and reciprocal" : "isotropic",
+    account.found("symmetry",
+                  azimuths == sizes.half_turn ? "isotropic and reciprocal" : "isotropic",
                   azimuths == sizes.half_turn ? "the table's third axis covers half a turn"
-                                  : "the table's third axis covers a whole turn");
+                                              : "the table's third axis covers a whole turn");
     account.found("mask", std::to_string(unmeasured) + " cells",
                   "negative in a channel: not measured");
     account.found("mask", std::to_string(below) + " cells", "below the horizon, by geometry");

@@ -98,19 +98,19 @@ json material_json(const SliceLayout& layout, const SliceTable& made, std::size_
                           {"predicted_error", slice_error_json(account, layout.theta_in[s])}});
     }
     json entry = {{"index", material},
-            {"name", name},
-            {"texels",
-             {{"measured_share", account.measured},
-              {"interpolated_share", account.interpolated},
-              {"extrapolated_share", account.extrapolated},
-              {"negative_raised_to_zero", account.negative}}},
-            {"average_albedo", albedo_json(account.average)},
-            {"rgb9e5", rgb9e5_json(layout, made, material)},
-            {"between_incidences", to_string(account.between)},
-            {"predicted_error", predicted_json(account.predicted)},
-            {"physics", physics_json(account.physics)},
-            {"slices", slices},
-            {"warnings", account.warnings}};
+                  {"name", name},
+                  {"texels",
+                   {{"measured_share", account.measured},
+                    {"interpolated_share", account.interpolated},
+                    {"extrapolated_share", account.extrapolated},
+                    {"negative_raised_to_zero", account.negative}}},
+                  {"average_albedo", albedo_json(account.average)},
+                  {"rgb9e5", rgb9e5_json(layout, made, material)},
+                  {"between_incidences", to_string(account.between)},
+                  {"predicted_error", predicted_json(account.predicted)},
+                  {"physics", physics_json(account.physics)},
+                  {"slices", slices},
+                  {"warnings", account.warnings}};
     if (layout.conserve) entry["physics_as_measured"] = physics_json(account.measured_physics);
     return entry;
 }

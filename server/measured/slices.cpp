@@ -138,9 +138,8 @@ void predict_table(const SliceLayout& layout, const SliceTable& made, std::size_
                    const LobeTables& tables, Resampler& resampler, PredictedError& predicted) {
     const std::vector<double>& angles = layout.theta_in;
     for (const double theta_in : angles)
-        predicted.table +=
-            missed(layout, made, material, tables, theta_in, resampler).relative() /
-            static_cast<double>(angles.size());
+        predicted.table += missed(layout, made, material, tables, theta_in, resampler).relative() /
+                           static_cast<double>(angles.size());
     double between = 0, width = 0;
     for (std::size_t n = 0; n + 1 < angles.size(); ++n) {
         const double middle = 0.5 * (angles[n] + angles[n + 1]), gap = angles[n + 1] - angles[n];

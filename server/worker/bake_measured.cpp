@@ -203,9 +203,8 @@ Baked bake_measured(Engine& engine, const JobSpec& job, const Control& control,
     const Clock::time_point start = Clock::now();
     Made work;
     const Engine::Place place =
-        engine.run_on(job.device, resampler_kernels(), control, [&](Backend& backend) {
-            work = make(job, control, measurements, backend);
-        });
+        engine.run_on(job.device, resampler_kernels(), control,
+                      [&](Backend& backend) { work = make(job, control, measurements, backend); });
     const SliceTable& made = work.atlas->made();
     Baked baked;
     Report& report = baked.report;

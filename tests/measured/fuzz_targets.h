@@ -19,11 +19,36 @@ struct FuzzTarget {
 std::vector<FuzzTarget> fuzz_targets();
 
 /// Words of these formats, and what numbers should not be.
-inline constexpr const char* kFuzzWords[] = {
-    "-1",     "0",         "1e308",  "nan",         "inf",    "4294967296", "-",     "\t", ",",
-    "\r",     "\n\n",      "1e-400", "91",          "#",      "\"",         "{",     "<",  "&#0;",
-    ";",      "]",         "TIS",    "AOI 5",       "VARS a", "DataBegin",  "scale", "sin", "log",
-    "RGB",    "\xef\xbb\xbf", "999999999999999999999"};
+inline constexpr const char* kFuzzWords[] = {"-1",
+                                             "0",
+                                             "1e308",
+                                             "nan",
+                                             "inf",
+                                             "4294967296",
+                                             "-",
+                                             "\t",
+                                             ",",
+                                             "\r",
+                                             "\n\n",
+                                             "1e-400",
+                                             "91",
+                                             "#",
+                                             "\"",
+                                             "{",
+                                             "<",
+                                             "&#0;",
+                                             ";",
+                                             "]",
+                                             "TIS",
+                                             "AOI 5",
+                                             "VARS a",
+                                             "DataBegin",
+                                             "scale",
+                                             "sin",
+                                             "log",
+                                             "RGB",
+                                             "\xef\xbb\xbf",
+                                             "999999999999999999999"};
 
 /// Largest cloud that is looked at as well as read.
 inline constexpr std::size_t kSurveyPointsMax = 3000;

@@ -52,10 +52,10 @@ std::string bytes_of(const std::string& digest) {
 
 /// An atlas of lacquer and paint with more fields.
 JobSpec job_of(const std::string& measured_fields, const std::string& fields = "") {
-    return parse_job(R"({"kind":"atlas","resolution":[37,19],"measured":{"data":[{"data":"sha256:)" +
-                     sha256_hex(lacquer()) + R"(","name":"lacquer"},{"data":"sha256:)" +
-                     sha256_hex(paint()) + R"(","name":"paint"}],"theta_in":[0,30,70])" +
-                     measured_fields + "}" + fields + "}");
+    return parse_job(
+        R"({"kind":"atlas","resolution":[37,19],"measured":{"data":[{"data":"sha256:)" +
+        sha256_hex(lacquer()) + R"(","name":"lacquer"},{"data":"sha256:)" + sha256_hex(paint()) +
+        R"(","name":"paint"}],"theta_in":[0,30,70])" + measured_fields + "}" + fields + "}");
 }
 
 Baked baked(const EngineOptions& options, const JobSpec& job) {

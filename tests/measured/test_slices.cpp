@@ -87,8 +87,8 @@ TEST(Material, ALambertianStaysOne) {
 
 /// A synthetic material through the whole chain is within 2 % of the truth inside the measured
 /// region: measured as a MiniDiff does, every 20 degrees of the light and every degree
-/// of the view (here two of azimuth), looked up at incidences, between them, at slices and between those. A glossy lobe
-/// and a satin one.
+/// of the view (here two of azimuth), looked up at incidences, between them, at slices and between
+/// those. A glossy lobe and a satin one.
 TEST(Slices, TheWholeChainIsWithinTwoPercent) {
     synthetic::MiniDiffGrid grid;
     grid.azimuth_step = 2;
