@@ -118,7 +118,7 @@ void synthetic_rows() {
 
 int main(int count, char** values) {
     std::printf(
-        "| file | MB | points | SHA-256 | read | survey | cloud | slices 4 x 361 x 181 | half EXR "
+        "| file | MB | points | SHA-256 | read | survey | cloud | slices 13 x 361 x 181 | half EXR "
         "| "
         "rgb9e5 EXR |\n|---|---|---|---|---|---|---|---|---|---|\n");
     for (int i = 1; i < count; ++i) {

@@ -102,7 +102,7 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
         ->type_name("FILE");
     command.add_option("--sidecar", options.sidecar, "what a shader has to know, as JSON")
         ->type_name("FILE");
-    command.add_option("--theta-in", options.theta_in, "degrees; else 0,20,40,60")
+    command.add_option("--theta-in", options.theta_in, "degrees; else 0 to 60 by 5")
         ->delimiter(',')
         ->type_name("A,B,…");
     command.add_option("--width", options.width, "of a slice; else 361")

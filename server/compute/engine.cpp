@@ -54,17 +54,16 @@ struct Engine::State {
         return *programs;
     }
 
-    DeviceChoice wanted(const JobSpec& job) const {
-        if (job.device == DeviceChoice::opencl && options.device == DeviceChoice::native)
+    DeviceChoice wanted(DeviceChoice asked) const {
+        if (asked == DeviceChoice::opencl && options.device == DeviceChoice::native)
             throw Error(
                 "device_unavailable",
                 "this service runs on the native backend alone; ask for \"auto\" or \"native\"");
-        return job.device == DeviceChoice::automatic ? options.device : job.device;
+        return asked == DeviceChoice::automatic ? options.device : asked;
     }
 
-    Choice choose(const JobSpec& job, const std::vector<KernelKind>& kernels,
-                  const Control& control) {
-        const DeviceChoice device = wanted(job);
+    Choice choose(DeviceChoice asked, std::span<const KernelKind> kernels, const Control& control) {
+        const DeviceChoice device = wanted(asked);
         if (device == DeviceChoice::native) return {};
         if (!options.opencl_disabled_reason.empty())
             return refuse(device, options.opencl_disabled_reason);
@@ -101,19 +100,12 @@ struct Engine::State {
         return integrate(job, plan, backend, pool, control, standard_error_planes);
     }
 
-    Outcome run_on_opencl(const Request& request, OpenClBackend& backend) {
-        Outcome outcome = run_on(backend, request);
+    static DeviceReport report_of(const OpenClBackend& backend,
+                                  std::span<const KernelKind> kernels) {
         std::string numerics = kStrictNumerics;
-        for (const KernelKind& kernel : kernels_of(request.job, request.plan))
+        for (const KernelKind& kernel : kernels)
             if (backend.numerics(kernel) != kStrictNumerics) numerics = backend.numerics(kernel);
-        outcome.report.device = {"opencl", backend.name(), numerics, {}};
-        return outcome;
-    }
-
-    Outcome run_on_native(const Request& request, const std::optional<std::string>& fallback) {
-        Outcome outcome = run_on(*native, request);
-        outcome.report.device = {"native", native_name(), kStrictNumerics, fallback};
-        return outcome;
+        return {"opencl", backend.name(), numerics, {}};
     }
 
     static std::vector<KernelKind> kernels_of(const JobSpec& job, const Plan& plan) {
@@ -148,24 +140,37 @@ Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_er
     const Plan plan = make_plan(
         job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
     const Request request{job, plan, control, standard_error_planes};
-    Choice choice = state_->choose(job, State::kernels_of(job, plan), control);
     Outcome outcome;
-    if (choice.opencl) {
-        try {
-            outcome = state_->run_on_opencl(request, *choice.opencl);
-        } catch (const Cancelled&) {
-            throw;
-        } catch (const Error& error) {
-            state_->opencl().device_failed(error.what());
-            choice = State::refuse(state_->wanted(job), error.what());
-        }
-    }
-    if (outcome.table.planes.empty()) outcome = state_->run_on_native(request, choice.fallback);
+    const Place place =
+        run_on(job.device, State::kernels_of(job, plan), control,
+               [&](Backend& backend) { outcome = state_->run_on(backend, request); });
+    outcome.report.device = place.device;
     hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
     auto& left_out = outcome.report.left_out;
     left_out.insert(left_out.begin(), plan.left_out.begin(), plan.left_out.end());
-    outcome.report.run_time_s.compile = choice.compile_s;
+    outcome.report.run_time_s.compile = place.compile_s;
     return outcome;
+}
+
+Engine::Place Engine::run_on(DeviceChoice device, std::span<const KernelKind> kernels,
+                             const Control& control, const std::function<void(Backend&)>& work) {
+    Choice choice = state_->choose(device, kernels, control);
+    if (choice.opencl) {
+        try {
+            work(*choice.opencl);
+            return {State::report_of(*choice.opencl, kernels), choice.compile_s};
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const Error& error) {
+            const std::string& code = error.code();
+            if (code != "device_failed" && code != "device_unavailable" && code != "non_finite")
+                throw;
+            state_->opencl().device_failed(error.what());
+            choice = State::refuse(state_->wanted(device), error.what());
+        }
+    }
+    work(*state_->native);
+    return {{"native", state_->native_name(), kStrictNumerics, choice.fallback}, choice.compile_s};
 }
 
 std::vector<DeviceInfo> Engine::devices() {
@@ -195,9 +200,7 @@ std::shared_ptr<OpenClBackend> Engine::opencl(DeviceChoice device,
                                               std::span<const KernelKind> kernels,
                                               const Control& control, std::string& reason) {
     reason = state_->options.opencl_disabled_reason;
-    JobSpec job;
-    job.device = device;
-    if (state_->wanted(job) == DeviceChoice::native) reason = "native was asked for";
+    if (state_->wanted(device) == DeviceChoice::native) reason = "native was asked for";
     if (!reason.empty()) return nullptr;
     const auto stay_in_touch = [&] {
         control.progress({});

@@ -66,6 +66,17 @@ class Engine {
     /// Throws Cancelled, or Error("device_failed" | "device_unavailable" | "non_finite").
     /// A quadrature has no standard errors: Outcome::standard_errors stays empty.
     Outcome run(const JobSpec& job, const Control& control, bool standard_error_planes = false);
+
+    /// Where some work was done.
+    struct Place {
+        DeviceReport device;
+        double compile_s = 0;
+    };
+    /// Hands `work` a backend that has these programs: OpenCL where `device` and the options let
+    /// it, else native. What OpenCL fails at is done once more on native, unless OpenCL was asked
+    /// for by name. Throws as run() does, and what `work` throws.
+    Place run_on(DeviceChoice device, std::span<const KernelKind> kernels, const Control& control,
+                 const std::function<void(Backend&)>& work);
     std::vector<DeviceInfo> devices();
 
     /// The backends themselves, for studies that look at single samples.

@@ -31,7 +31,8 @@ void paste(const SliceLayout& layout, const SliceTable& one, std::size_t materia
 
 }  // namespace
 
-Atlas::Atlas(SliceLayout layout, std::size_t material_count) : layout_(std::move(layout)) {
+Atlas::Atlas(SliceLayout layout, std::size_t material_count, Backend* backend)
+    : layout_(std::move(layout)), backend_(backend) {
     made_.plan = plan_slices(layout_, material_count);
     Table& table = made_.table;
     table.width = made_.plan.width;
@@ -43,7 +44,7 @@ Atlas::Atlas(SliceLayout layout, std::size_t material_count) : layout_(std::move
 }
 
 void Atlas::add(const Material& material, const std::function<void(double)>& tell) {
-    SliceTable one = make_slices(layout_, {&material}, tell);
+    SliceTable one = make_slices(layout_, {&material}, tell, backend_);
     paste(layout_, one, made_.accounts.size(), made_);
     made_.accounts.push_back(std::move(one.accounts.front()));
 }

@@ -7,7 +7,8 @@ namespace kiln::measured {
 /// An image of slices that is made material by material, so that only one is held at a time.
 class Atlas {
   public:
-    Atlas(SliceLayout layout, std::size_t material_count);
+    /// `backend` as for make_slices; it outlives this.
+    Atlas(SliceLayout layout, std::size_t material_count, Backend* backend = nullptr);
     /// The next material, in the order of cells. `tell` as for make_slices.
     void add(const Material& material, const std::function<void(double fraction)>& tell);
     const SliceLayout& layout() const { return layout_; }
@@ -15,6 +16,7 @@ class Atlas {
 
   private:
     SliceLayout layout_;
+    Backend* backend_;
     SliceTable made_;
 };
 

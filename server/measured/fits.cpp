@@ -214,9 +214,10 @@ Colour fitted_value(const Fit& fit, double theta_in, Vec out) {
 Fit fit_model(FitModel model, const LobeTables& tables, Resampler& resampler) {
     constexpr std::size_t kLobesMax = 12;
     std::vector<Sample> samples;
-    const std::size_t count = tables.theta_in.size(), step = (count + kLobesMax - 1) / kLobesMax;
+    const std::size_t count = tables.measured.size(), step = (count + kLobesMax - 1) / kLobesMax;
     for (std::size_t n = 0; n < count; n += step)
-        add_samples(std::min(tables.theta_in[n], 88.0), n, tables, resampler, samples);
+        add_samples(std::min(tables.theta_in[tables.measured[n]], 88.0), n, tables, resampler,
+                    samples);
     auto [width, linear] = best_width(model, samples, false);
     if (model == FitModel::ggx_diffuse) {
         constexpr double kMuchLess = 0.7;

@@ -24,10 +24,27 @@ void add_material(json& entry, const MeasuredMaterial& material, const MaterialN
     for (const std::string& warning : note.warnings) entry["warnings"].push_back(warning);
 }
 
+json fitted_json(const std::vector<FittedMaterial>& fitted) {
+    json list = json::array();
+    for (const FittedMaterial& one : fitted)
+        list.push_back({{"name", one.material.name},
+                        {"data", kMeasurementPrefix + one.material.data},
+                        {"model", to_string(one.fit.model)},
+                        {"alpha", one.fit.width},
+                        {"diffuse", one.fit.diffuse},
+                        {"f0", one.fit.f0},
+                        {"f90", one.fit.f90},
+                        {"error", one.fit.error},
+                        {"error_worst", one.fit.error_worst},
+                        {"left_out", one.left_out}});
+    return list;
+}
+
 }  // namespace
 
 std::string job_sidecar(const JobSpec& job, const SliceLayout& layout, const SliceTable& made,
-                        const std::vector<MaterialNote>& notes) {
+                        const std::vector<MaterialNote>& notes,
+                        const std::vector<FittedMaterial>& fitted) {
     std::vector<std::string> names;
     for (const MeasuredMaterial& material : job.measured.materials) names.push_back(material.name);
     const json base = json::parse(sidecar_json(layout, made, names));
@@ -40,6 +57,7 @@ std::string job_sidecar(const JobSpec& job, const SliceLayout& layout, const Sli
     for (const auto& [name, value] : base.items()) document[name] = value;
     for (std::size_t m = 0; m < notes.size(); ++m)
         add_material(document["materials"][m], job.measured.materials[m], notes[m]);
+    if (!fitted.empty()) document["fitted"] = fitted_json(fitted);
     return document.dump(-1, ' ', /*ensure_ascii=*/true);
 }
 

@@ -72,7 +72,7 @@ bool read_block_keys(LineScanner& lines, Block& block, bool& end) {
     bool any = false;
     while (lines.next(line)) {
         const auto [key, value] = keyed(line.text);
-        const auto number = [&] {
+        const auto number = [&, key = key, value = value] {  // Clang captures no binding
             const auto parsed = parse_number(value);
             if (!parsed) fail_at(line, plain_text(key) + " without a number");
             return *parsed;

@@ -12,6 +12,9 @@
 namespace kiln::measured {
 namespace {
 
+/// Degrees past the edge that still count as within: 1e-5 radians, as in kernels/measured.h.
+constexpr double kBeyondEdge = 1e-5 / kDegree;
+
 /// Largest theta_o of the hull at each degree of azimuth.
 std::vector<double> reach_of(const Hemisphere& hemisphere) {
     constexpr int kSteps = 180;
@@ -104,7 +107,24 @@ Material::Material(const Component& component, Extrapolation extrapolation, Unde
         account.leave_out("other azimuths of the light",
                           "tables here are isotropic; the first "
                           "azimuth of each theta_in is taken");
+    find_floor();
+    between_ = better_between(*this);
+    stations_ = measured::stations(theta_in(), between_);
     find_levels();
+}
+
+void Material::find_floor() {
+    double sum = 0, count = 0;
+    for (std::size_t lobe = 0; lobe < lobes_.size(); ++lobe)
+        for (double theta = 5; theta < 90; theta += 10)
+            for (double phi = 0; phi < 360; phi += 20) {
+                Origin origin{};
+                const Colour c = lobe_value(lobe, direction(theta, phi), origin);
+                sum += std::sin(2 * theta * kDegree) * (c[0] + c[1] + c[2]) / 3;
+                count += std::sin(2 * theta * kDegree);
+            }
+    const double mean = sum / count;
+    floor_ = mean > 0 ? 0.01 * mean : 1;
 }
 
 std::vector<double> Material::theta_in() const {
@@ -145,37 +165,79 @@ Colour Material::edge_value(std::size_t lobe, Vec out, std::uint32_t& hint, Orig
     return to_rgb(values.data());
 }
 
+double Material::tail(double theta_o, double edge) const {
+    const double width = 90 - edge;
+    const double place = width > 0 ? std::clamp((theta_o - edge) / width, 0.0, 1.0) : 1.0;
+    const double a = bezier(place, extrapolation_.l);
+    return (1 - a) + a * extrapolation_.p;
+}
+
 Colour Material::lobe_value(std::size_t lobe, Vec out, Origin& origin) const {
     std::uint32_t hint = Triangulation::kNone;
     Colour c = edge_value(lobe, out, hint, origin);
     const double theta = std::min(theta_of(out), 90.0), last = edge(lobe, phi_of(out));
-    if (theta <= last + 1e-5 / kDegree) return c;
+    if (theta <= last + kBeyondEdge) return c;
     origin = Origin::kExtrapolated;
-    const double width = 90 - last;
-    const double place = width > 0 ? std::clamp((theta - last) / width, 0.0, 1.0) : 1.0;
-    const double a = bezier(place, extrapolation_.l);
-    for (double& v : c) v *= (1 - a) + a * extrapolation_.p;
+    for (double& v : c) v *= tail(theta, last);
+    return c;
+}
+
+Colour Material::tapped(const std::vector<Tap>& taps, Vec about, Origin& origin) const {
+    origin = Origin::kMeasured;
+    const bool linear = taps.size() <= 2;
+    Colour sum{};
+    for (std::size_t n = 0; n < taps.size(); ++n) {
+        const Tap& tap = taps[n];
+        const Vec d = tap.turned ? Vec{-about.x, -about.y, about.z} : about;
+        const Vec out = from_mirror(lobes_[tap.lobe].theta_i, d);
+        std::uint32_t hint = Triangulation::kNone;
+        Origin from{};
+        const Colour c = edge_value(tap.lobe, out, hint, from);
+        if (std::min(theta_of(out), 90.0) > edge(tap.lobe, phi_of(out)) + kBeyondEdge)
+            from = Origin::kExtrapolated;
+        if (n < 2) origin = std::max(origin, from);
+        for (std::size_t k = 0; k < 3; ++k)
+            sum[k] += tap.weight * (linear ? c[k] : std::asinh(c[k] / floor_));
+    }
+    if (!linear)
+        for (double& v : sum) v = floor_ * std::sinh(v);
+    return sum;
+}
+
+double Material::station_edge(const Station& station, double azimuth) const {
+    if (station.taps.size() == 1) return edge(station.taps[0].lobe, azimuth);
+    const std::size_t low = station.taps[0].lobe, high = station.taps[1].lobe;
+    const double from = lobes_[low].theta_i;
+    const double share = (station.theta_in - from) / (lobes_[high].theta_i - from);
+    return (1 - share) * edge(low, azimuth) + share * edge(high, azimuth);
+}
+
+Colour Material::station_value(const Station& station, Vec about, Origin& origin) const {
+    const Vec out = from_mirror(station.theta_in, about);
+    if (station.taps.size() == 1) return lobe_value(station.taps[0].lobe, out, origin);
+    Colour c = tapped(station.taps, about, origin);
+    origin = std::max(origin, Origin::kInterpolated);
+    const double theta = std::min(theta_of(out), 90.0), last = station_edge(station, phi_of(out));
+    if (theta <= last + kBeyondEdge) return c;
+    origin = Origin::kExtrapolated;
+    for (double& v : c) v *= tail(theta, last);
     return c;
 }
 
 Colour Material::aligned_value(double theta_in, Vec out, Origin& origin) const {
     const Vec about = to_mirror(theta_in, out);
-    const auto above = std::upper_bound(lobes_.begin(), lobes_.end(), theta_in,
-                                        [](double t, const Lobe& l) { return t < l.theta_i; });
-    const auto at = [&](std::size_t lobe, Origin& from) {
-        return lobe_value(lobe, from_mirror(lobes_[lobe].theta_i, about), from);
-    };
-    if (above == lobes_.begin()) return at(0, origin);
-    const auto low = static_cast<std::size_t>(above - lobes_.begin()) - 1;
-    const double from = lobes_[low].theta_i;
-    if (above == lobes_.end() || from == theta_in) {
-        const Colour c = at(low, origin);
-        if (theta_in > from) origin = Origin::kExtrapolated;
+    const auto above = std::upper_bound(stations_.begin(), stations_.end(), theta_in,
+                                        [](double t, const Station& s) { return t < s.theta_in; });
+    if (above == stations_.begin()) return station_value(stations_.front(), about, origin);
+    const Station& low = *(above - 1);
+    if (above == stations_.end() || low.theta_in == theta_in) {
+        const Colour c = station_value(low, about, origin);
+        if (theta_in > low.theta_in) origin = Origin::kExtrapolated;
         return c;
     }
     Origin first{}, second{};
-    const Colour a = at(low, first), b = at(low + 1, second);
-    const double share = (theta_in - from) / (above->theta_i - from);
+    const Colour a = station_value(low, about, first), b = station_value(*above, about, second);
+    const double share = (theta_in - low.theta_in) / (above->theta_in - low.theta_in);
     origin = std::max({first, second, Origin::kInterpolated});
     Colour c{};
     for (std::size_t k = 0; k < 3; ++k) c[k] = (1 - share) * a[k] + share * b[k];

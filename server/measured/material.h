@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/measured/between.h"
 #include "server/measured/hemisphere.h"
 #include "server/measured/reader.h"
 #include "server/spec/measured_spec.h"
@@ -45,6 +46,17 @@ class Material {
     /// One incidence with the tail beyond its edge.
     Colour lobe_value(std::size_t lobe, Vec out, Origin& origin) const;
 
+    /// Of incidences together, at a place about the mirror direction: see Between. Without the tail
+    /// beyond the edges; origin is that of the first two.
+    Colour tapped(const std::vector<Tap>& taps, Vec about, Origin& origin) const;
+    /// The measured incidences and those that stand between them.
+    const std::vector<Station>& stations() const { return stations_; }
+    /// What edge() is of a station: beyond it f follows the tail.
+    double station_edge(const Station& station, double azimuth) const;
+    Between between() const { return between_; }
+    /// Below which asinh(f / floor) is linear in f: a hundredth of the mean of f.
+    double floor() const { return floor_; }
+
     std::vector<double> theta_in() const;  ///< of the measured incidences, degrees
     double theta_in_max() const { return lobes_.back().theta_i; }
 
@@ -67,7 +79,10 @@ class Material {
     /// Between measured incidences, or clamped to the last.
     Colour aligned_value(double theta_in, Vec out, Origin& origin) const;
     Colour beyond_value(double theta_in, Vec out, Origin& origin) const;
+    Colour station_value(const Station& station, Vec about, Origin& origin) const;
+    double tail(double theta_o, double edge) const;
     void find_levels();
+    void find_floor();
     Colour to_rgb(const double* values) const;
 
     Extrapolation extrapolation_;
@@ -75,6 +90,9 @@ class Material {
     std::array<std::size_t, 3> pick_{};  ///< channel of R, G, B
     bool xyz_ = false;
     std::vector<Lobe> lobes_;
+    Between between_ = Between::linear;
+    std::vector<Station> stations_;
+    double floor_ = 1;
     std::vector<double> levels_;  ///< of the last lobe, one a degree beyond theta_in_max()
 };
 

@@ -10,7 +10,6 @@
 namespace kiln::measured {
 namespace {
 
-constexpr std::size_t kThetaH = 90, kThetaD = 90;
 constexpr std::size_t kHeaderBytes = 12;
 /// The file's integers times these are f_r in 1/sr.
 constexpr std::array<double, 3> kScale = {1.00 / 1500, 1.15 / 1500, 1.66 / 1500};
@@ -20,16 +19,17 @@ std::array<std::int64_t, 3> dimensions(std::string_view bytes) {
             load<std::int32_t>(bytes, 8)};
 }
 
-/// Directions of the centre of a cell; theta_h = 90 (i / 90)^2 degrees, so centres lie half way in
-/// the root. Light at azimuth 0.
+/// Directions of the centre of a cell; of n cells in theta_h the i-th lies at 90 (i / n)^2 degrees,
+/// so centres lie half way in the root. phi_d in degrees. Light at azimuth 0.
 struct Cell {
     Directions at;
     bool above = false;
 };
-Cell cell(std::size_t h, std::size_t d, double phi_d) {
-    const double root = (static_cast<double>(h) + 0.5) / static_cast<double>(kThetaH);
+Cell cell(const MerlSizes& sizes, std::size_t h, std::size_t d, double phi_d) {
+    const double root = (static_cast<double>(h) + 0.5) / static_cast<double>(sizes.theta_h);
     const double theta_h = root * root * 90.0;
-    const Vec difference = direction(static_cast<double>(d) + 0.5, phi_d);
+    const double step = 90.0 / static_cast<double>(sizes.theta_d);
+    const Vec difference = direction((static_cast<double>(d) + 0.5) * step, phi_d);
     const double c = std::cos(theta_h * kDegree), s = std::sin(theta_h * kDegree);
     // Turned by theta_h about y; the view is the light mirrored at the half vector.
     const Vec in = {c * difference.x + s * difference.z, difference.y,
@@ -37,6 +37,21 @@ Cell cell(std::size_t h, std::size_t d, double phi_d) {
     const Vec out = {-c * difference.x + s * difference.z, -difference.y,
                      s * difference.x + c * difference.z};
     return {{theta_of(in), 0.0, theta_of(out), phi_of(out) - phi_of(in)}, in.z > 0 && out.z > 0};
+}
+
+/// The third size, once the others are what they have to be.
+std::size_t azimuths_of(std::string_view bytes, const MerlSizes& sizes) {
+    const auto dims = dimensions(bytes);
+    const auto h = static_cast<std::int64_t>(sizes.theta_h),
+               d = static_cast<std::int64_t>(sizes.theta_d),
+               half = static_cast<std::int64_t>(sizes.half_turn);
+    const auto words = [](std::int64_t a, std::int64_t b, std::int64_t c) {
+        return std::to_string(a) + ", " + std::to_string(b) + ", " + std::to_string(c);
+    };
+    if (dims[0] != h || dims[1] != d || (dims[2] != half && dims[2] != 2 * half))
+        fail_at_byte(0, "the sizes are " + words(dims[0], dims[1], dims[2]) + "; " +
+                            words(h, d, half) + " or " + words(h, d, 2 * half) + " are read");
+    return static_cast<std::size_t>(dims[2]);
 }
 
 }  // namespace
@@ -51,19 +66,16 @@ bool is_merl(std::string_view bytes) {
     return product == 1458000 || product == 2916000;
 }
 
-Reading read_merl(std::string_view bytes, const ReadOptions&) {
-    const auto dims = dimensions(bytes);
-    if (dims[0] != 90 || dims[1] != 90 || (dims[2] != 180 && dims[2] != 360))
-        fail_at_byte(0, "the sizes are " + std::to_string(dims[0]) + ", " +
-                            std::to_string(dims[1]) + ", " + std::to_string(dims[2]) +
-                            "; 90, 90, 180 or 90, 90, 360 are read");
-    const auto azimuths = static_cast<std::size_t>(dims[2]);
-    const std::size_t cells = kThetaH * kThetaD * azimuths;
+Reading read_merl(std::string_view bytes, const ReadOptions&) { return read_merl_of(bytes, {}); }
+
+Reading read_merl_of(std::string_view bytes, const MerlSizes& sizes) {
+    const std::size_t azimuths = azimuths_of(bytes, sizes);
+    const std::size_t cells = sizes.theta_h * sizes.theta_d * azimuths;
     const std::size_t expected = kHeaderBytes + 3 * cells * sizeof(double);
     if (bytes.size() != expected)
         fail_at_byte(bytes.size(), "the file has " + std::to_string(bytes.size()) +
                                        " bytes, its sizes ask for " + std::to_string(expected));
-    Component part{"reflection front", {}, {kThetaH, kThetaD, azimuths}};
+    Component part{"reflection front", {}, {sizes.theta_h, sizes.theta_d, azimuths}};
     Cloud& cloud = part.cloud;
     cloud.channels = {"R", "G", "B"};
     cloud.values.reserve(3 * cells);
@@ -78,9 +90,11 @@ Reading read_merl(std::string_view bytes, const ReadOptions&) {
                 fail_at_byte(offset, "the value is no finite number");
             negative = negative || values[c] < 0;
         }
-        const std::size_t k = n % azimuths, d = n / azimuths % kThetaD, h = n / azimuths / kThetaD;
+        const std::size_t k = n % azimuths, d = n / azimuths % sizes.theta_d,
+                          h = n / azimuths / sizes.theta_d;
         // 180 cells and 360 cells are a degree wide each: the third axis ends at pi or at 2 pi.
-        const Cell where = cell(h, d, static_cast<double>(k) + 0.5);
+        const double width = 180.0 / static_cast<double>(sizes.half_turn);
+        const Cell where = cell(sizes, h, d, (static_cast<double>(k) + 0.5) * width);
         below += !where.above;
         unmeasured += where.above && negative;
         add_point(cloud, where.at, values.data(),
@@ -93,9 +107,10 @@ Reading read_merl(std::string_view bytes, const ReadOptions&) {
     account.found("convention", "f", "the format stores f_r, times 1500 / (1.00, 1.15, 1.66)");
     account.found("angles", "half vector and difference, theta_h dense at its peak",
                   "the sizes in the first 12 bytes");
-    account.found("symmetry", azimuths == 180 ? "isotropic and reciprocal" : "isotropic",
-                  azimuths == 180 ? "the table's third axis covers half a turn"
-                                  : "the table's third axis covers a whole turn");
+    account.found("symmetry",
+                  azimuths == sizes.half_turn ? "isotropic and reciprocal" : "isotropic",
+                  azimuths == sizes.half_turn ? "the table's third axis covers half a turn"
+                                              : "the table's third axis covers a whole turn");
     account.found("mask", std::to_string(unmeasured) + " cells",
                   "negative in a channel: not measured");
     account.found("mask", std::to_string(below) + " cells", "below the horizon, by geometry");

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "server/measured/material.h"
 
@@ -14,31 +13,16 @@ namespace {
 /// interpolation over a gap g is off by on the mean: g^2 / 12 times the curvature.
 constexpr double kSixth = 1.0 / 6;
 
-double sum_of(const Colour& c) { return c[0] + c[1] + c[2]; }
-
-/// How far incidence n lies from the mean of its neighbours about the mirror direction.
-double left_out(const Material& material, std::size_t n) {
-    const std::vector<double> theta = material.theta_in();
-    const double share = (theta[n] - theta[n - 1]) / (theta[n + 1] - theta[n - 1]);
-    constexpr int kViews = 1500;
-    double off = 0, all = 0;
-    for (int v = 0; v < kViews; ++v) {  // the golden spiral on the disk of projected solid angle
-        const double r2 = (v + 0.5) / kViews, turn = v * std::numbers::pi * (3 - std::sqrt(5.0));
-        const Vec out = {std::sqrt(r2) * std::cos(turn), std::sqrt(r2) * std::sin(turn),
-                         std::sqrt(1 - r2)};
-        const Vec d = to_mirror(theta[n], out);
-        double f[3] = {};
-        bool measured = true;
-        for (std::size_t k = 0; k < 3; ++k) {
-            Origin origin{};
-            f[k] = sum_of(material.lobe_value(n + k - 1, from_mirror(theta[n + k - 1], d), origin));
-            measured = measured && origin != Origin::kExtrapolated;
-        }
-        if (!measured) continue;
-        off += std::abs((1 - share) * f[0] + share * f[2] - f[1]);
-        all += std::abs(f[1]);
+/// Mean over a gap of Reach::length to the power of its order.
+double mean_power(const std::vector<double>& theta, std::size_t gap, Between between) {
+    constexpr int kSteps = 8;
+    double sum = 0;
+    for (int k = 0; k < kSteps; ++k) {
+        const double at = theta[gap] + (theta[gap + 1] - theta[gap]) * (k + 0.5) / kSteps;
+        const Reach reach = reach_of(theta, at, between);
+        sum += std::pow(reach.length, reach.order) / kSteps;
     }
-    return all > 0 ? off / all : 0;
+    return sum;
 }
 
 }  // namespace
@@ -55,17 +39,20 @@ double points_error(const Material& material, std::size_t lobe) {
 
 std::vector<double> theta_in_errors(const Material& material) {
     const std::vector<double> theta = material.theta_in();
-    if (theta.size() < 3) return {};
-    std::vector<double> curvature(theta.size());
-    for (std::size_t n = 1; n + 1 < theta.size(); ++n)
-        curvature[n] =
-            2 * left_out(material, n) / ((theta[n] - theta[n - 1]) * (theta[n + 1] - theta[n]));
-    curvature.front() = curvature[1];
-    curvature.back() = curvature[theta.size() - 2];
+    const std::vector<IncidenceError> left = leave_incidences_out(material, material.between());
+    if (left.empty()) return {};
     std::vector<double> errors;
-    for (std::size_t n = 0; n + 1 < theta.size(); ++n) {
-        const double gap = theta[n + 1] - theta[n];
-        errors.push_back(gap * gap / 12 * 0.5 * (curvature[n] + curvature[n + 1]));
+    for (std::size_t gap = 0; gap + 1 < theta.size(); ++gap) {
+        const double power = mean_power(theta, gap, material.between());
+        const double order =
+            reach_of(theta, 0.5 * (theta[gap] + theta[gap + 1]), material.between()).order;
+        // The mean of what both ends say, the nearest inner one where an end is none.
+        double sum = 0;
+        for (const std::size_t end : {gap, gap + 1}) {
+            const IncidenceError& one = left[std::clamp<std::size_t>(end, 1, theta.size() - 2) - 1];
+            sum += 0.5 * one.error * power / std::pow(one.reach, order);
+        }
+        errors.push_back(sum);
     }
     return errors;
 }

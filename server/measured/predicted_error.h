@@ -12,16 +12,18 @@ class Material;
 ///
 /// Points: a point and all within three quarters of its longest edge are left out and it is
 /// predicted from the rest. Of a function of constant curvature a triangulation is off by a sixth
-/// of that on the mean. Incidences: each inner one is predicted from its neighbours, about the
-/// mirror direction; between two incidences a sixth of that is left likewise.
+/// of that on the mean. Incidences: each inner one is predicted from the others as the table goes
+/// on between them (between.h), about the mirror direction; in a gap the error is that one by the
+/// ratio of the products of distances (Reach).
 struct PredictedError {
     double points = 0;    ///< at measured incidences
     double theta_in = 0;  ///< what is added between them; 0 where there are fewer than three
     double table = 0;     ///< of the slices' texels, linearly interpolated; 0 without slices
+    double slices = 0;    ///< what the linear way between slices adds; 0 without
     bool knows_theta_in = false;
 
     double at_incidences() const { return points + table; }
-    double between_incidences() const { return points + table + theta_in; }
+    double between_incidences() const { return points + table + theta_in + slices; }
 };
 PredictedError predict_error(const Material& material);
 

@@ -7,6 +7,12 @@ namespace kiln::measured {
 
 bool is_merl(std::string_view bytes);
 Reading read_merl(std::string_view bytes, const ReadOptions& options);
+/// Sizes of the table that a file may have; the format's, whose files have 35 MB, unless a test
+/// wants them smaller.
+struct MerlSizes {
+    std::size_t theta_h = 90, theta_d = 90, half_turn = 180;
+};
+Reading read_merl_of(std::string_view bytes, const MerlSizes& sizes);
 bool is_rgl(std::string_view bytes);
 Reading read_rgl(std::string_view bytes, const ReadOptions& options);
 bool is_zemax(std::string_view bytes);

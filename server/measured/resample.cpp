@@ -122,7 +122,8 @@ Material::Albedo Resampler::average_albedo(const LobeTables& tables, AlbedoRule 
     // E is smooth between incidences and has a kink at each.
     constexpr unsigned kNodes = 5;
     const std::vector<double> nodes = gauss_legendre({kNodes});
-    std::vector<double> ends = tables.theta_in, angles, weights;
+    std::vector<double> ends, angles, weights;
+    for (const std::size_t n : tables.measured) ends.push_back(tables.theta_in[n]);
     ends.insert(ends.begin(), 0.0);
     ends.push_back(90.0);
     for (std::size_t n = 0; n + 1 < ends.size(); ++n)

@@ -41,6 +41,50 @@ json rgb9e5_json(const SliceLayout& layout, const SliceTable& made, std::size_t 
             {"channels_flushed_to_zero", flushed}};
 }
 
+json reciprocity_json(const Reciprocity& found) {
+    return {{"mean", found.l1}, {"median", found.median}, {"p95", found.p95}};
+}
+
+json physics_json(const Physics& physics) {
+    json albedo = json::array();
+    for (std::size_t n = 0; n < physics.theta_in.size(); ++n)
+        albedo.push_back({{"theta_in_deg", physics.theta_in[n]},
+                          {"rgb", physics.albedo[n].value},
+                          {"extrapolated_share", physics.albedo[n].extrapolated}});
+    json measured = reciprocity_json(physics.measured);
+    measured["share_of_pairs"] = physics.measured_pairs;
+    return {{"albedo_max", physics.albedo_max},
+            {"albedo_max_theta_in_deg", physics.albedo_max_theta_in},
+            {"extrapolated_share", physics.extrapolated},
+            {"albedo", albedo},
+            {"reciprocity", reciprocity_json(physics.all)},
+            {"reciprocity_where_measured", measured}};
+}
+
+json predicted_json(const PredictedError& error) {
+    json theta_in;
+    if (error.knows_theta_in) theta_in = error.theta_in;
+    return {{"at_incidences", error.at_incidences()},
+            {"between_incidences", error.between_incidences()},
+            {"points", error.points},
+            {"texels", error.table},
+            {"theta_in", theta_in},
+            {"slices", error.slices}};
+}
+
+/// Of one slice, read at its own theta_in; null beyond the file's incidences, and between them
+/// where fewer than three tell nothing.
+json slice_error_json(const SliceAccount& account, double theta_in) {
+    constexpr double kSame = 1e-3;  // degrees
+    const std::vector<double>& at = account.incidences;
+    const double own = account.predicted.at_incidences();
+    for (const double incidence : at)
+        if (std::abs(incidence - theta_in) < kSame) return own;
+    const auto above = std::upper_bound(at.begin(), at.end(), theta_in);
+    if (above == at.begin() || above == at.end() || account.gaps.empty()) return nullptr;
+    return own + account.gaps[static_cast<std::size_t>(above - at.begin()) - 1];
+}
+
 json material_json(const SliceLayout& layout, const SliceTable& made, std::size_t material,
                    const std::string& name) {
     const SliceAccount& account = made.accounts[material];
@@ -50,19 +94,25 @@ json material_json(const SliceLayout& layout, const SliceTable& made, std::size_
         slices.push_back({{"theta_in_deg", layout.theta_in[s]},
                           {"x", at.x},
                           {"y", at.y},
-                          {"directional_albedo", albedo_json(account.albedo[s])}});
+                          {"directional_albedo", albedo_json(account.albedo[s])},
+                          {"predicted_error", slice_error_json(account, layout.theta_in[s])}});
     }
-    return {{"index", material},
-            {"name", name},
-            {"texels",
-             {{"measured_share", account.measured},
-              {"interpolated_share", account.interpolated},
-              {"extrapolated_share", account.extrapolated},
-              {"negative_raised_to_zero", account.negative}}},
-            {"average_albedo", albedo_json(account.average)},
-            {"rgb9e5", rgb9e5_json(layout, made, material)},
-            {"slices", slices},
-            {"warnings", account.warnings}};
+    json entry = {{"index", material},
+                  {"name", name},
+                  {"texels",
+                   {{"measured_share", account.measured},
+                    {"interpolated_share", account.interpolated},
+                    {"extrapolated_share", account.extrapolated},
+                    {"negative_raised_to_zero", account.negative}}},
+                  {"average_albedo", albedo_json(account.average)},
+                  {"rgb9e5", rgb9e5_json(layout, made, material)},
+                  {"between_incidences", to_string(account.between)},
+                  {"predicted_error", predicted_json(account.predicted)},
+                  {"physics", physics_json(account.physics)},
+                  {"slices", slices},
+                  {"warnings", account.warnings}};
+    if (layout.conserve) entry["physics_as_measured"] = physics_json(account.measured_physics);
+    return entry;
 }
 
 }  // namespace
@@ -95,6 +145,7 @@ std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
           {"column", "phi_d / (2 pi) * (" + w + " - 1) + 0.5, in texels from x of the slice"},
           {"row", "theta_d / pi * (" + h + " - 1) + 0.5, in texels from y of the slice"},
           {"slice", "linear between the two theta_in around the light's, clamped at the ends"}}},
+        {"conserved", layout.conserve},
         {"materials", materials}};
     return document.dump(1);
 }

@@ -68,32 +68,88 @@ void fill_account(const SliceLayout& layout, const Material& material, const Lob
     account.physics = layout.conserve ? physics_of(tables, resampler) : account.measured_physics;
 }
 
-/// What a shader's linear interpolation among the texels of a slice misses, on the mean of slices:
-/// |difference| cos(theta_o) relative to f cos(theta_o), where f was measured.
-double table_error(const SliceLayout& layout, const SliceTable& made, std::size_t material,
-                   const LobeTables& tables, Resampler& resampler) {
-    constexpr int kViews = 4096;
+/// Sums of |look-up - f| cos(theta_o) and of f cos(theta_o) where f was measured.
+struct Missed {
+    double off = 0, all = 0;
+    double relative() const { return all > 0 ? off / all : 0; }
+};
+
+/// The golden spiral on the disk of projected solid angle.
+std::vector<Vec> even_views() {
+    constexpr int kViews = 2048;
     std::vector<Vec> views;
-    for (int n = 0; n < kViews; ++n) {  // the golden spiral on the disk of projected solid angle
+    for (int n = 0; n < kViews; ++n) {
         const double r2 = (n + 0.5) / kViews, turn = 360 * 0.6180339887498949 * n;
         views.push_back(direction(std::asin(std::sqrt(r2)) / kDegree, turn));
     }
-    double error = 0;
-    for (const double theta_in : layout.theta_in) {
-        const Sampled found = resampler.values(tables, theta_in, views);
-        double off = 0, all = 0;
-        for (std::size_t n = 0; n < views.size(); ++n) {
-            if (found.origin[n] > 1.5f) continue;
-            const Colour c = look_up(layout, made, material, theta_in, views[n]);
-            const Colour f = {found.r[n], found.g[n], found.b[n]};
-            for (std::size_t k = 0; k < 3; ++k) {
-                off += std::abs(c[k] - std::max(0.0, f[k]));
-                all += std::max(0.0, f[k]);
-            }
+    return views;
+}
+
+/// What the table's own linear steps between incidences that were not measured lose: a sixth of how
+/// far each is from the mean of its neighbours.
+double steps_error(const LobeTables& tables, Resampler& resampler) {
+    if (tables.measured.size() == tables.theta_in.size()) return 0;
+    Missed sum;
+    for (std::size_t s = 1; s + 1 < tables.theta_in.size(); ++s) {
+        const double low = tables.theta_in[s - 1], at = tables.theta_in[s],
+                     high = tables.theta_in[s + 1];
+        std::vector<Vec> before, here, after;
+        for (const Vec& out : even_views()) {
+            const Vec d = to_mirror(at, out);
+            const Vec first = from_mirror(low, d), last = from_mirror(high, d);
+            if (first.z < 0 || last.z < 0) continue;
+            before.push_back(first), here.push_back(out), after.push_back(last);
         }
-        error += (all > 0 ? off / all : 0) / static_cast<double>(layout.theta_in.size());
+        const Sampled a = resampler.values(tables, low, before),
+                      f = resampler.values(tables, at, here),
+                      b = resampler.values(tables, high, after);
+        const double share = (at - low) / (high - low);
+        for (std::size_t n = 0; n < here.size(); ++n) {
+            if (std::max({a.origin[n], f.origin[n], b.origin[n]}) > 1.5f) continue;
+            const double middle = static_cast<double>(f.g[n]);
+            sum.off += std::abs((1 - share) * static_cast<double>(a.g[n]) +
+                                share * static_cast<double>(b.g[n]) - middle);
+            sum.all += std::abs(middle);
+        }
     }
-    return error;
+    return sum.relative() / 6;
+}
+
+Missed missed(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+              const LobeTables& tables, double theta_in, Resampler& resampler) {
+    const std::vector<Vec> views = even_views();
+    const Sampled found = resampler.values(tables, theta_in, views);
+    Missed sum;
+    for (std::size_t n = 0; n < views.size(); ++n) {
+        if (found.origin[n] > 1.5f) continue;
+        const Colour c = look_up(layout, made, material, theta_in, views[n]);
+        const Colour f = {found.r[n], found.g[n], found.b[n]};
+        for (std::size_t k = 0; k < 3; ++k) {
+            sum.off += std::abs(c[k] - std::max(0.0, f[k]));
+            sum.all += std::max(0.0, f[k]);
+        }
+    }
+    return sum;
+}
+
+/// What a shader misses: at slices by the way among texels, between them by that among slices too,
+/// of which the middle has half again as much as the mean.
+void predict_table(const SliceLayout& layout, const SliceTable& made, std::size_t material,
+                   const LobeTables& tables, Resampler& resampler, PredictedError& predicted) {
+    const std::vector<double>& angles = layout.theta_in;
+    for (const double theta_in : angles)
+        predicted.table += missed(layout, made, material, tables, theta_in, resampler).relative() /
+                           static_cast<double>(angles.size());
+    double between = 0, width = 0;
+    for (std::size_t n = 0; n + 1 < angles.size(); ++n) {
+        const double middle = 0.5 * (angles[n] + angles[n + 1]), gap = angles[n + 1] - angles[n];
+        const Missed there = missed(layout, made, material, tables, middle, resampler);
+        if (there.all <= 0) continue;
+        between += gap * there.relative();
+        width += gap;
+    }
+    if (predicted.knows_theta_in) predicted.theta_in += steps_error(tables, resampler);
+    if (width > 0) predicted.slices = std::max(0.0, between / width - predicted.table) * 2 / 3;
 }
 
 }  // namespace
@@ -157,7 +213,10 @@ SliceTable make_slices(const SliceLayout& layout, const std::vector<const Materi
         }
         fill_account(layout, *materials[m], tables, resampler, origins, account);
         account.predicted = predict_error(*materials[m]);
-        account.predicted.table = table_error(layout, made, m, tables, resampler);
+        account.between = materials[m]->between();
+        account.gaps = theta_in_errors(*materials[m]);
+        account.incidences = materials[m]->theta_in();
+        predict_table(layout, made, m, tables, resampler, account.predicted);
         made.accounts.push_back(std::move(account));
     }
     return made;

@@ -17,7 +17,8 @@ namespace kiln::measured {
 /// 1) degrees. Slices follow each other in rows, theta_in rising; in an atlas each slice is a grid
 /// of cells, one a material, in rows.
 struct SliceLayout {
-    std::vector<double> theta_in{0, 20, 40, 60};  ///< degrees, rising
+    /// Degrees, rising. The paper has every 20; linear steps of 5 lose a sixteenth of that.
+    std::vector<double> theta_in{0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60};
     std::size_t width = 361, height = 181;
     std::size_t gutter = 0;  ///< texels around each cell: phi_d goes on around, theta_d ends
     bool conserve = false;   ///< make materials reciprocal and energy-conserving first (physics.h)
@@ -46,6 +47,9 @@ struct SliceAccount {
     Physics measured_physics;  ///< of the material as it was measured
     Physics physics;           ///< of what the table holds: another one where it was conserved
     PredictedError predicted;
+    Between between = Between::linear;
+    std::vector<double> incidences;  ///< of the file, degrees
+    std::vector<double> gaps;        ///< theta_in_errors()
     std::vector<std::string> warnings;
 };
 

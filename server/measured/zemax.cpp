@@ -36,7 +36,9 @@ Header read_header(LineScanner& lines, Line& line) {
     Header header;
     while (lines.next(line)) {
         const auto [key, value] = keyed(line.text);
-        const auto list = [&](std::vector<double>& into, double low, double high) {
+        // Named, for Clang captures no structured binding.
+        const auto list = [&, key = key, value = value](std::vector<double>& into, double low,
+                                                        double high) {
             into = read_list(lines, line, key, parse_number(value).value_or(0), kAxisAnglesMax);
             check_range(line, key, into, low, high);
         };

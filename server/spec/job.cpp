@@ -78,7 +78,7 @@ class Reader {
     }
 
     void read_fields() {
-        if (is_measured(job_.kind)) return;
+        if (is_measured(job_.kind)) return read_word(job_.device, "/device");
         if (sound("/quantities") && document_.contains("quantities")) {
             for (const Json& entry : at("/quantities"))
                 job_.quantities.push_back(word<Quantity>(entry));

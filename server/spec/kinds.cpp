@@ -21,7 +21,7 @@ constexpr Field kFurnace[] = {"kind",         "sample_count", "sampler", "import
                               "microfacet",   "fresnel",      "diffuse", "coupling",
                               "multiscatter", "precision",    "device",  "seed"};
 
-constexpr Field kMeasured[] = {"kind", "measured", "resolution", "output"};
+constexpr Field kMeasured[] = {"kind", "measured", "resolution", "device", "output"};
 
 bool holds(std::span<const Field> fields, Field field) {
     return std::find(fields.begin(), fields.end(), field) != fields.end();

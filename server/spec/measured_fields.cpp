@@ -87,6 +87,9 @@ class MeasuredReader {
         for (const Json& angle : whole["theta_in"])
             job_.measured.theta_in.push_back(angle.get<double>() + 0.0);
         job_.measured.gutter = whole["gutter"].get<std::int64_t>();
+        job_.measured.conserve = whole["conserve"].get<bool>();
+        if (!whole["fit_error_max"].is_null())
+            job_.measured.fit_error_max = whole["fit_error_max"].get<double>();
         check_angles();
         check_count(list || measured_["data"].is_array());
     }
@@ -167,7 +170,13 @@ Json measured_json(const MeasuredSpec& measured) {
                               {{"p", material.extrapolation.p},
                                {"l", material.extrapolation.l},
                                {"theta_in", to_word(material.extrapolation.theta_in)}}}});
-    return {{"data", materials}, {"theta_in", measured.theta_in}, {"gutter", measured.gutter}};
+    Json json = {{"data", materials},
+                 {"theta_in", measured.theta_in},
+                 {"gutter", measured.gutter},
+                 {"conserve", measured.conserve}};
+    json["fit_error_max"] = nullptr;
+    if (measured.fit_error_max) json["fit_error_max"] = *measured.fit_error_max;
+    return json;
 }
 
 std::string measurement_digest(std::string_view id) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ struct MeasuredSpec {
     std::vector<MeasuredMaterial> materials;  ///< one; of an atlas, up to atlas_materials_max
     std::vector<double> theta_in;             ///< degrees, rising, in [0, 90]; one a slice
     std::int64_t gutter = 0;                  ///< texels around each cell
+    bool conserve = false;                    ///< reciprocal and energy-conserving first
+    /// Where parameters are within this of a material, they are offered; an atlas leaves it out.
+    std::optional<double> fit_error_max;
     bool operator==(const MeasuredSpec&) const = default;
 };
 

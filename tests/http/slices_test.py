@@ -44,7 +44,8 @@ class Measured(ServiceTest):
 
     def test_a_shader_finds_the_material_again(self):
         """Lookup of the returned bytes within 2 % of the formula, where it was measured."""
-        done = self.bake({"kind": "slices", "measured": {"data": self.satin, "name": "satin"},
+        done = self.bake({"kind": "slices", "measured": {"data": self.satin, "name": "satin",
+                                                         "theta_in": [0, 20, 40, 60]},
                           "resolution": [181, 91], "output": PACKED})
         image, sidecar, report = self.fetched(done)
         slices = Slices(image, sidecar)
@@ -104,7 +105,8 @@ class Measured(ServiceTest):
         digest = self.satin
         spellings = [{"data": digest}, {"data": [digest]}, [digest], [{"data": digest}],
                      {"data": digest, "name": digest[7:19]},
-                     {"data": digest, "extrapolation": {"p": 1}, "theta_in": [0.0, 20, 40, 60]},
+                     {"data": digest, "extrapolation": {"p": 1},
+                      "theta_in": [0.0, *range(5, 65, 5)]},
                      {"data": [{"data": digest, "extrapolation": {"l": 0.3}}]}]
         answers = [self.bake({"kind": "slices", "measured": measured, "resolution": [9, 5]})
                    for measured in spellings]
@@ -157,7 +159,8 @@ class Measured(ServiceTest):
 
     def test_a_long_atlas_tells_its_progress_and_can_be_cancelled(self):
         """Some ten million texels: seconds at least, of which the test waits for a part."""
-        job = {"kind": "atlas", "measured": {"data": [self.satin, self.felt] * 4},
+        job = {"kind": "atlas", "measured": {"data": [self.satin, self.felt] * 4,
+                                             "theta_in": [0, 20, 40, 60]},
                "resolution": [1024, 512]}
         job_id = self.server.post(job).json["id"]
         seen = set()

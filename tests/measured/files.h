@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "server/measured/material.h"
 #include "server/measured/survey.h"
 
 namespace kiln::measured_files {
@@ -30,6 +31,12 @@ inline std::string bytes_of(const std::string& name) {
 
 inline measured::Reading reading_of(const std::string& name) {
     return measured::read_measurement(bytes_of(name));
+}
+
+/// The first component of a file's bytes.
+inline measured::Material material_of(const std::string& bytes, Extrapolation how = {}) {
+    measured::Reading reading = measured::read_measurement(bytes);
+    return measured::Material(reading.components[0], how, reading.understood);
 }
 
 inline std::string finding(const measured::Understood& account, const std::string& what) {

@@ -16,8 +16,7 @@
 #include <stdexcept>
 
 #include "server/base/error.h"
-#include "server/measured/survey.h"
-#include "tests/measured/synthetic.h"
+#include "tests/measured/fuzz_targets.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define KILN_SANITIZED 1
@@ -69,13 +68,6 @@ class Guarded {
     char* memory_;
 };
 
-constexpr const char* kWords[] = {"-1",     "0",           "1e308", "nan",
-                                  "inf",    "4294967296",  "-",     "\t",
-                                  ",",      "\r",          "\n\n",  "1e-400",
-                                  "91",     "#",           "\"",    "{",
-                                  "<",      "&#0;",        ";",     "999999999999999999999",
-                                  "]",      "TIS",         "AOI 5", "DataBegin",
-                                  "VARS a", "\xef\xbb\xbf"};
 constexpr std::uint64_t kIntegers[] = {0,
                                        1,
                                        2,
@@ -106,10 +98,10 @@ void mutate(std::string& bytes, Random& random) {
             bytes.insert(at, bytes.substr(random.below(bytes.size() + 1), random.below(64)));
             break;
         case 5:
-            bytes.insert(at, kWords[random.below(std::size(kWords))]);
+            bytes.insert(at, kFuzzWords[random.below(std::size(kFuzzWords))]);
             break;
         case 6: {
-            const std::string word = kWords[random.below(std::size(kWords))];
+            const std::string word = kFuzzWords[random.below(std::size(kFuzzWords))];
             bytes.replace(at, std::min(word.size(), bytes.size() - at), word);
             break;
         }
@@ -127,18 +119,9 @@ struct Tally {
     std::map<std::string, std::uint64_t> refused;
 };
 
-/// Largest cloud that is looked at as well as read.
-constexpr std::size_t kSurveyPointsMax = 3000;
-
-void run(const measured::Reader& reader, std::string_view bytes, Tally& tally) {
+void run(const FuzzTarget& target, std::string_view bytes, Tally& tally) {
     try {
-        // Straight into the reader, so that no mutation of the magic hides it; and the whole way.
-        const measured::Reading direct = reader.read(bytes, {});
-        const measured::Reading reading = measured::read_measurement(bytes);
-        std::vector<measured::ComponentSurvey> parts;
-        for (const measured::Component& part : reading.components)
-            if (part.cloud.size() <= kSurveyPointsMax) parts.push_back(measured::survey(part));
-        if (measured::account_json(reading.understood, parts).empty()) std::abort();
+        read_all_the_way(target, bytes);
         ++tally.read;
     } catch (const Error& error) {
         ++tally.refused[error.code()];
@@ -155,10 +138,10 @@ int fuzz(std::string_view only, std::uint64_t runs, std::uint64_t seed) {
     limit_memory();
     Guarded guarded;
     bool any = false;
-    for (const measured::Reader& reader : measured::readers()) {
+    for (const FuzzTarget& reader : fuzz_targets()) {
         if (!only.empty() && only != reader.name) continue;
         any = true;
-        const std::string start = synthetic::small_file(reader.name);
+        const std::string& start = reader.seed;
         Tally tally;
         for (std::uint64_t n = 0; n < runs; ++n) {
             Random random(seed + n);

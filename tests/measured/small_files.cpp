@@ -5,6 +5,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "server/measured/readers.h"
+#include "tests/measured/fuzz_targets.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln::synthetic {
@@ -86,6 +88,17 @@ std::string small_xml() {
            "</WindowElement>";
 }
 
+constexpr measured::MerlSizes kSmallMerl = {6, 6, 8};
+
+/// A table of 288 cells, every seventh not measured.
+std::string small_merl() {
+    std::string bytes;
+    for (const std::size_t size : {kSmallMerl.theta_h, kSmallMerl.theta_d, kSmallMerl.half_turn})
+        put(bytes, static_cast<std::int32_t>(size));
+    for (int n = 0; n < 3 * 6 * 6 * 8; ++n) put(bytes, n % 7 == 0 ? -1.0 : 100.0 + n);
+    return bytes;
+}
+
 /// Zeros but for the sizes: as short as a file may be that asks for 35 MB.
 std::string short_merl() {
     std::string bytes;
@@ -139,3 +152,22 @@ std::string small_file(std::string_view reader) {
 }
 
 }  // namespace kiln::synthetic
+
+namespace kiln {
+
+std::vector<FuzzTarget> fuzz_targets() {
+    std::vector<FuzzTarget> targets;
+    for (const measured::Reader& reader : measured::readers())
+        if (reader.name == "merl")
+            targets.push_back({reader.name, synthetic::small_merl(), [](std::string_view bytes) {
+                                   return measured::read_merl_of(bytes, synthetic::kSmallMerl);
+                               }});
+        else
+            targets.push_back({reader.name, synthetic::small_file(reader.name),
+                               [&reader](std::string_view bytes) {
+                                   return reader.read(bytes, measured::ReadOptions{});
+                               }});
+    return targets;
+}
+
+}  // namespace kiln

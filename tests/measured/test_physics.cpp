@@ -15,10 +15,7 @@ namespace {
 
 using namespace measured;
 
-Material material_of(const std::string& bytes, Extrapolation how = {}) {
-    Reading reading = read_measurement(bytes);
-    return Material(reading.components[0], how, reading.understood);
-}
+using measured_files::material_of;
 
 std::string file_of(const synthetic::Material& surface, double step) {
     synthetic::MiniDiffGrid grid;
@@ -47,24 +44,32 @@ double actual_error(const SliceLayout& layout, const SliceTable& made,
     return error;
 }
 
-/// The promise: the report's own figure predicts what the chain from file to look-up is off
-/// by. Within a factor of two: a sixth is exact for constant curvature, and lobes have none. At
-/// incidences 0.9 to 1.3 were found, between them 1.1 to 1.5, for widths of 0.12 to 0.6.
+/// The report's own figure predicts what the chain from file to look-up is off by, to a factor of
+/// two: at incidences 0.9 to 1.3 of it were found; between them 0.7 to 1.9, where either the way
+/// between incidences (slices every 5 degrees) or that between slices (every 20) has most of it.
 TEST(PredictedError, BracketsTheErrorOfTheWholeChain) {
     for (const double alpha : {0.35, 0.12}) {
         const auto truth = synthetic::ggx(alpha, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
         const Material material = material_of(file_of(truth, 3));
-        const SliceLayout layout;
-        const SliceTable made = make_slices(layout, {&material});
-        const PredictedError predicted = made.accounts[0].predicted;
-        ASSERT_TRUE(predicted.knows_theta_in);
-        const double at = actual_error(layout, made, truth, layout.theta_in);
-        EXPECT_LT(at, 0.02);
-        EXPECT_LT(at, 2 * predicted.at_incidences()) << alpha;
-        EXPECT_GT(at, predicted.at_incidences() / 2) << alpha;
-        const double between = actual_error(layout, made, truth, {5, 10, 15, 25, 30, 45, 50, 55});
-        EXPECT_LT(between, 2 * predicted.between_incidences()) << alpha;
-        EXPECT_GT(between, predicted.between_incidences() / 2) << alpha;
+        for (const bool coarse : {false, true}) {
+            SliceLayout layout;
+            if (coarse) layout.theta_in = {0, 20, 40, 60}, layout.width = 181, layout.height = 91;
+            const SliceTable made = make_slices(layout, {&material});
+            const PredictedError predicted = made.accounts[0].predicted;
+            ASSERT_TRUE(predicted.knows_theta_in);
+            const double at = actual_error(layout, made, truth, {0, 20, 40, 60});
+            EXPECT_LT(at, 0.02);
+            EXPECT_LT(at, 2 * predicted.at_incidences()) << alpha;
+            EXPECT_GT(at, predicted.at_incidences() / 2) << alpha;
+            const double between =
+                actual_error(layout, made, truth, {5, 7.5, 10, 12.5, 15, 27.5, 30, 45, 50, 52.5});
+            EXPECT_LT(between, 2 * predicted.between_incidences()) << alpha << coarse;
+            EXPECT_GT(between, predicted.between_incidences() / 2) << alpha << coarse;
+            EXPECT_TRUE(coarse || between < 0.02) << alpha;
+            std::printf("alpha %g, %zu slices: at %.4f, predicted %.4f; between %.4f, %.4f\n",
+                        alpha, layout.theta_in.size(), at, predicted.at_incidences(), between,
+                        predicted.between_incidences());
+        }
     }
 }
 

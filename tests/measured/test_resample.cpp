@@ -15,6 +15,7 @@
 #include "server/compute/opencl.h"
 #include "server/measured/predicted_error.h"
 #include "server/measured/resample.h"
+#include "tests/measured/files.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {
@@ -22,10 +23,7 @@ namespace {
 
 using namespace measured;
 
-Material material_of(const std::string& bytes, Extrapolation how = {}) {
-    Reading reading = read_measurement(bytes);
-    return Material(reading.components[0], how, reading.understood);
-}
+using measured_files::material_of;
 
 const synthetic::Material kSatin = synthetic::ggx(0.35, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
 const synthetic::Material kGlossy = synthetic::ggx(0.12, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
@@ -84,7 +82,9 @@ TEST(Resample, TheKernelAgreesWithTheTriangulation) {
         for (const double theta_in : {0.0, 20.0, 30.0, 60.0, 70.0, 80.0, 89.0}) {
             const Difference found = difference(material, tables, theta_in);
             EXPECT_LT(found.relative, 0.5 * open) << theta_in;
-            EXPECT_LT(found.origins, 1e-3) << theta_in;
+            // Between incidences the edge of what was measured has the width of a cell.
+            const bool at_incidence = theta_in <= 60 && std::fmod(theta_in, 20) == 0;
+            EXPECT_LT(found.origins, at_incidence ? 1e-3 : 0.02) << theta_in;
         }
     }
 }

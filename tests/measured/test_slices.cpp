@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "server/base/error.h"
+#include "server/measured/lobe_tables.h"
 #include "server/measured/slices.h"
 #include "tests/measured/files.h"
 #include "tests/measured/synthetic.h"
@@ -17,9 +18,13 @@ using namespace measured;
 
 const synthetic::Material kSatin = synthetic::ggx(0.35, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
 
-Material material_of(const std::string& bytes, Extrapolation how = {}) {
-    Reading reading = read_measurement(bytes);
-    return Material(reading.components[0], how, reading.understood);
+using measured_files::material_of;
+
+/// A MiniDiff's angles in coarser steps, which divide the 75 degrees that it reaches.
+std::string coarse_file(const synthetic::Material& surface) {
+    synthetic::MiniDiffGrid grid;
+    grid.azimuth_step = grid.radial_step = 2.5;
+    return synthetic::minidiff_file(surface, grid);
 }
 
 /// Mean over views of |f - truth| cos, relative to the mean of truth cos, within theta_o <= limit.
@@ -46,7 +51,7 @@ TEST(Bezier, IsTheCurveOfThePaper) {
 }
 
 TEST(Material, ExtrapolatesAsThePaperSays) {
-    const std::string file = synthetic::minidiff_file(synthetic::lambert({0.3, 0.5, 0.7}));
+    const std::string file = coarse_file(synthetic::lambert({0.3, 0.5, 0.7}));
     const double f = 0.5 / std::numbers::pi;
     Origin origin{};
     // p = 1 clamps.
@@ -65,11 +70,12 @@ TEST(Material, ExtrapolatesAsThePaperSays) {
 }
 
 TEST(Material, ALambertianStaysOne) {
-    const Material material =
-        material_of(synthetic::minidiff_file(synthetic::lambert({0.3, 0.5, 0.7})));
-    // A midpoint rule over 160 x 144 directions, some 1e-3 of which the horizon cuts.
-    for (const double theta_in : {0.0, 10.0, 45.0, 75.0, 85.0}) {
-        const Material::Albedo e = material.albedo(theta_in);
+    const Material material = material_of(coarse_file(synthetic::lambert({0.3, 0.5, 0.7})));
+    const std::vector<double> angles = {0.0, 10.0, 45.0, 75.0, 85.0};
+    const auto albedos = Resampler().albedos(make_lobe_tables(material), angles);
+    for (std::size_t n = 0; n < angles.size(); ++n) {
+        const double theta_in = angles[n];
+        const Material::Albedo e = albedos[n];
         EXPECT_NEAR(e.value[0], 0.3, 0.002) << theta_in;
         EXPECT_NEAR(e.value[1], 0.5, 0.003) << theta_in;
         EXPECT_NEAR(e.value[2], 0.7, 0.004) << theta_in;
@@ -79,28 +85,64 @@ TEST(Material, ALambertianStaysOne) {
     EXPECT_NEAR(material.albedo(0).extrapolated, 1 - std::pow(std::sin(75 * kDegree), 2), 0.01);
 }
 
-/// The promise: a synthetic material through the whole chain is within 2 % of the truth
-/// inside the measured region. At the measured incidences; between them the interpolation along the
-/// mirror direction is the paper's and its error is looked at below.
+/// A synthetic material through the whole chain is within 2 % of the truth inside the measured
+/// region: measured as a MiniDiff does, every 20 degrees of the light and every degree
+/// of the view (here two of azimuth), looked up at incidences, between them, at slices and between
+/// those. A glossy lobe and a satin one.
 TEST(Slices, TheWholeChainIsWithinTwoPercent) {
-    const Material material = material_of(synthetic::minidiff_file(kSatin));
-    const SliceLayout layout;
-    const SliceTable made = make_slices(layout, {&material});
-    EXPECT_EQ(made.plan.width, 2u * 361);
-    EXPECT_EQ(made.plan.height, 2u * 181);
-    for (const double theta_in : layout.theta_in) {
-        const auto shader = [&](Vec out) { return look_up(layout, made, 0, theta_in, out)[1]; };
-        EXPECT_LT(relative_error(shader, kSatin, theta_in, 73), 0.02) << theta_in;
+    synthetic::MiniDiffGrid grid;
+    grid.azimuth_step = 2;
+    grid.radial_step = 1;
+    for (const double alpha : {0.12, 0.35}) {
+        const auto truth = synthetic::ggx(alpha, {0.6, 0.5, 0.4}, {0.2, 0.2, 0.2});
+        const Material material = material_of(synthetic::minidiff_file(truth, grid));
+        EXPECT_EQ(material.between(), Between::cubic);
+        SliceLayout layout;
+        if (alpha > 0.3) layout.width = 181, layout.height = 91;
+        const SliceTable made = make_slices(layout, {&material});
+        EXPECT_EQ(made.plan.width, 4 * layout.width);
+        EXPECT_EQ(made.plan.height, 4 * layout.height);
+        for (double theta_in = 0; theta_in <= 60; theta_in += 2.5) {
+            const auto shader = [&](Vec out) { return look_up(layout, made, 0, theta_in, out)[1]; };
+            EXPECT_LT(relative_error(shader, truth, theta_in, 73), 0.02) << theta_in;
+        }
     }
-    for (const double theta_in : {10.0, 30.0, 50.0}) {
-        const auto shader = [&](Vec out) { return look_up(layout, made, 0, theta_in, out)[1]; };
-        EXPECT_LT(relative_error(shader, kSatin, theta_in, 73), 0.06) << theta_in;
+}
+
+/// What was left of f between incidences was its curvature over 20 degrees: cubic, it is a quarter
+/// of that and less (the worst was 7.7 %, linear, of alpha = 0.12; 1.4 % now).
+TEST(Between, WeightsAreThoseOfTheirPolynomials) {
+    const std::vector<double> incidences = {0, 20, 40, 60};
+    for (const double theta_in : {0.0, 5.0, 20.0, 27.0, 55.0, 60.0})
+        for (const int power : {0, 1, 2}) {
+            // Parabolas are exact, so that slopes are; -20 is the lobe of 20, turned.
+            double sum = 0;
+            for (const Tap& tap : taps_at(incidences, theta_in, Between::cubic))
+                sum += tap.weight * std::pow((tap.turned ? -1 : 1) * incidences[tap.lobe], power);
+            EXPECT_NEAR(sum, std::pow(theta_in, power), 1e-9) << theta_in << " " << power;
+        }
+    const auto between = stations(incidences, Between::cubic);
+    EXPECT_EQ(between.size(), 13u);
+    EXPECT_DOUBLE_EQ(between[5].theta_in, 25);
+    EXPECT_EQ(stations(incidences, Between::linear).size(), 4u);
+}
+
+/// A lobe that falls to another colour on one side and is turned on the other: nothing is even in
+/// theta_in about 0 but by isotropy, which turns lobes.
+TEST(Between, LightAcrossTheNormalTurnsTheLobe) {
+    const Material material = material_of(coarse_file(kSatin));
+    const std::vector<Tap> turned = {{1, true, 1}};
+    for (const double phi : {0.0, 40.0, 200.0}) {
+        Origin origin{};
+        const Vec about = to_mirror(-20, direction(30, phi));
+        EXPECT_NEAR(material.tapped(turned, about, origin)[1],
+                    kSatin(synthetic::cosines(20, 30, phi + 180))[1], 2e-3);
     }
 }
 
 /// Beyond the last theta_in reciprocity knows what clamping loses.
 TEST(Material, ReciprocityBeatsClampingBeyondTheLastIncidence) {
-    const std::string file = synthetic::minidiff_file(kSatin);
+    const std::string file = coarse_file(kSatin);
     const Material clamped = material_of(file, {1.0, 0.3, ThetaInBeyond::clamp});
     const Material reciprocal = material_of(file, {1.0, 0.3, ThetaInBeyond::reciprocity});
     const auto error = [&](const Material& m, double theta_in) {
@@ -127,6 +169,7 @@ TEST(Slices, EveryMaterialHasItsCellAndItsGutter) {
     std::vector<const Material*> all;
     for (const Material& m : materials) all.push_back(&m);
     SliceLayout layout;
+    layout.theta_in = {0, 20, 40, 60};
     layout.width = 19;
     layout.height = 11;
     layout.gutter = 2;
