@@ -144,8 +144,8 @@ TEST(Plan, MeasuredDataThatNothingUsesIsNotInTheAtlas) {
     EXPECT_TRUE(plan.unserved.empty());
     EXPECT_EQ(plan.full.back().job.measured.materials.size(), 3u);
     EXPECT_TRUE(contract_problems("Plan", to_json(plan)).empty());
-    // Four slices of 361 x 181 texels of two cells, four half floats each.
-    EXPECT_EQ(plan.tables[0].estimate.bytes, 4u * 361 * 181 * 2 * 4 * 2);
+    // Four by four places for 13 slices of 361 x 181 texels of two cells, four half floats each.
+    EXPECT_EQ(plan.tables[0].estimate.bytes, 16u * 361 * 181 * 2 * 4 * 2);
 }
 
 TEST(Plan, EqualMeasuredDataIsOneCellAndNoNameOrOrderMakesAnotherAtlas) {
@@ -161,18 +161,18 @@ TEST(Plan, EqualMeasuredDataIsOneCellAndNoNameOrOrderMakesAnotherAtlas) {
 TEST(Plan, SlicesLieInTheAtlasWhereTheManifestSays) {
     const ScenePlan plan = plan_of(measured('a') + "," + measured('b'));
     const auto slices = slice_lookups(plan.tables.at(0).job, 1);
-    // 0, 20, 40, 60 degrees, two in a row, each of two cells of 361 x 181: 1444 x 362 texels.
-    ASSERT_EQ(slices.size(), 4u);
-    EXPECT_EQ(slices[3].theta_in, 60);
+    // 0 to 60 degrees by 5, four in a row, each of two cells of 361 x 181: 2888 x 724 texels.
+    ASSERT_EQ(slices.size(), 13u);
+    EXPECT_EQ(slices[7].theta_in, 35);
     const auto texel = [](const AngleLookup& along, double angle, double size) {
         return (along.scale * angle + along.offset) * size - 0.5;
     };
     const double pi = std::acos(-1.0);
-    EXPECT_NEAR(texel(slices[0].phi_d, 0, 1444), 361, 1e-9);
-    EXPECT_NEAR(texel(slices[3].phi_d, 0, 1444), 3 * 361, 1e-9);
-    EXPECT_NEAR(texel(slices[3].phi_d, 2 * pi, 1444), 3 * 361 + 360, 1e-9);
-    EXPECT_NEAR(texel(slices[3].theta_d, 0, 362), 181, 1e-9);
-    EXPECT_NEAR(texel(slices[3].theta_d, pi, 362), 361, 1e-9);
+    EXPECT_NEAR(texel(slices[0].phi_d, 0, 2888), 361, 1e-9);
+    EXPECT_NEAR(texel(slices[7].phi_d, 0, 2888), 7 * 361, 1e-9);
+    EXPECT_NEAR(texel(slices[7].phi_d, 2 * pi, 2888), 7 * 361 + 360, 1e-9);
+    EXPECT_NEAR(texel(slices[7].theta_d, 0, 724), 181, 1e-9);
+    EXPECT_NEAR(texel(slices[7].theta_d, pi, 724), 361, 1e-9);
 }
 
 TEST(Plan, AnAtlasKeepsWhatIsBrighterThanOneAndNoMoreThanAJobMay) {
