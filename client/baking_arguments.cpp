@@ -143,7 +143,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
     command.footer(
         "Examples:\n"
         "  kiln bake examples/split_sum.json -o dfg.exr\n"
-        "  kiln bake examples/split_sum.json --set resolution=[64,64] --set device=native -o "
+        "  kiln bake examples/split_sum_png.json --set resolution=[64,64] --set device=native -o "
         "dfg.png\n"
         "  kiln bake - -o - --report dfg.json < job.json > dfg.exr\n"
         "  kiln bake --scene sofa.glb -o tables/ --max-error 0.01\n"
