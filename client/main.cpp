@@ -273,11 +273,16 @@ int parse_and_run(int argc, char** argv) {
         const std::string command = named.empty() ? "" : " " + named.front()->get_name();
         return "kiln: " + printable(error.what()) + "\n  kiln" + command + " --help tells more\n";
     });
-    app.footer("kiln COMMAND --help tells more of each.\n\n" + std::string(kExitCodes));
+    app.footer(kExitCodes);  // of each command that has none of its own
     add_baking(app, arguments);
     add_files(app, arguments);
     add_jobs(app, arguments);
     add_measure(app, arguments);
+    const auto more = [](const std::string& name) {
+        return name + " COMMAND --help tells more of each.\n\n" + std::string(kExitCodes);
+    };
+    app.footer(more("kiln"));
+    app.get_subcommand("measure")->footer(more("kiln measure"));
     try {
         expect_command(app, argc, argv);
         app.parse(argc, argv);
