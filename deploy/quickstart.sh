@@ -66,12 +66,14 @@ summary() {
       gsub(/"/, "", value)
       return value
     }
+    # Measured tables are not sampled, and have none.
+    function error(value) { return value ~ /[0-9]/ ? sprintf("%.1e", value) : "-" }
     { report = report $0 }
     END {
       match(report, /"run_time_s":[{][^}]*[}]/)
       time = last("total", substr(report, RSTART, RLENGTH))
-      printf "%-38s %12.1e %8.1e %7d ms  %s\n", image, last("standard_error_rms", report),
-             last("standard_error_max", report), 1000 * time + 0.5, last("backend", report)
+      printf "%-38s %12s %8s %7d ms  %s\n", image, error(last("standard_error_rms", report)),
+             error(last("standard_error_max", report)), 1000 * time + 0.5, last("backend", report)
     }' "$2"
 }
 
