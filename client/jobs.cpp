@@ -78,6 +78,7 @@ Exit list_jobs(const ServerOptions& options, const std::string& state, std::size
     const std::time_t now = std::time(nullptr);
     for (const JobStatus& job : jobs) {
         std::string what = joined(job.quantities);
+        if (job.kind != "lut") what = job.kind + (what.empty() ? "" : " of ") + what;
         if (!job.error_code.empty() && job.error_code != job.state)
             what += (what.empty() ? "" : "; ") + job.error_code + ": " + job.error_detail;
         std::printf("%s  %-9s  %3.0f %%  %8s ago%s\n", job.id.substr(0, kIdShown).c_str(),

@@ -75,6 +75,7 @@ std::optional<JobStatus> job_status(const Json& json) {
     job.error_code = text_at(object_at(json, "error"), "code");
     job.error_detail = text_at(object_at(json, "error"), "detail");
     job.created = text_at(json, "created");
+    job.kind = text_at(object_at(json, "job"), "kind");
     for (const Json& quantity : array_at(object_at(json, "job"), "quantities"))
         if (quantity.is_string()) job.quantities.push_back(quantity.get<std::string>());
     job.document = dump(json, -1);

@@ -24,7 +24,8 @@ struct JobStatus {
     std::optional<double> standard_error_max;
     std::string error_code, error_detail;
     std::string created;                  ///< RFC 3339 in UTC, "" where unknown
-    std::vector<std::string> quantities;  ///< empty where the answer does not carry the job
+    std::string kind;                     ///< "" where the answer does not carry the job
+    std::vector<std::string> quantities;  ///< empty there too, and of kinds without them
     std::string document;                 ///< the JSON it was read from
 };
 

@@ -80,7 +80,8 @@ class Server(KilnTest):
         lines = self.kiln("ls")[0].decode().splitlines()
         self.assertEqual(len(lines), 2)
         self.assertTrue(lines[0].startswith(running[:12] + "  running"), lines)
-        self.assertRegex(lines[1], r"done +100 % +\d+ (s|min) ago  split_sum_scale, split_sum_bias$")
+        self.assertRegex(lines[1],
+                         r"done +100 % +\d+ (s|min) ago  split_sum_scale, split_sum_bias$")
         self.assertEqual(len(self.kiln("ls", "--state", "done")[0].splitlines()), 1)
         self.assertEqual(len(self.kiln("ls", "--limit", "1")[0].splitlines()), 1)
         listed = json.loads(self.kiln("ls", "--json")[0])["jobs"]
