@@ -6,8 +6,6 @@ namespace kiln {
 Bounds scene_bounds() {
     return {
         {"scene_values_max", kSceneValuesMax, "values", "Most JSON values of a scene."},
-        {"scene_entries_max", kSceneEntriesMax, "entries",
-         "Longest list of a scene: nodes, meshes, materials, …"},
         {"scene_materials_max", kSceneMaterialsMax, "materials", "Most used materials of a scene."},
         {"scene_name_bytes_max", kSceneNameBytesMax, "bytes",
          "Of a material's name; longer ones are cut."},

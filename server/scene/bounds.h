@@ -9,8 +9,6 @@ namespace kiln {
 
 /// Values of a scene's JSON: what it takes in memory is at most some 200 times this many bytes.
 inline constexpr std::size_t kSceneValuesMax = 500'000;
-/// Nodes, meshes, primitives, materials, textures: entries of any one list of a scene.
-inline constexpr std::size_t kSceneEntriesMax = 200'000;
 /// What one answer may list in detail.
 inline constexpr std::size_t kSceneMaterialsMax = 4096;
 inline constexpr std::size_t kSceneNameBytesMax = 256;

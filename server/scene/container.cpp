@@ -26,34 +26,6 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
     return word;
 }
 
-/// −1 for what is no base64 digit.
-int digit_of(char c) {
-    if (c >= 'A' && c <= 'Z') return c - 'A';
-    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-    if (c >= '0' && c <= '9') return c - '0' + 52;
-    if (c == '+') return 62;
-    return c == '/' ? 63 : -1;
-}
-
-std::optional<std::string> from_base64(std::string_view text) {
-    while (text.ends_with('=')) text.remove_suffix(1);
-    if (text.size() % 4 == 1) return std::nullopt;
-    std::string bytes;
-    bytes.reserve(text.size() / 4 * 3 + 2);
-    unsigned bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const int digit = digit_of(c);
-        if (digit < 0) return std::nullopt;
-        bits = bits << 6 | static_cast<unsigned>(digit);
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        bytes += static_cast<char>(bits >> count & 0xFF);
-    }
-    return bytes;
-}
-
 }  // namespace
 
 Container open_container(std::string_view bytes) {
@@ -82,14 +54,6 @@ Container open_container(std::string_view bytes) {
         at += kChunkHeaderBytes + length;
     }
     return container;
-}
-
-std::optional<std::string> data_uri_bytes(std::string_view uri) {
-    constexpr std::string_view kScheme = "data:", kEncoding = ";base64";
-    if (!uri.starts_with(kScheme)) return std::nullopt;
-    const std::size_t comma = uri.find(',');
-    if (comma == uri.npos || !uri.substr(0, comma).ends_with(kEncoding)) return std::nullopt;
-    return from_base64(uri.substr(comma + 1));
 }
 
 }  // namespace kiln

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <tiny_gltf.h>
+
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 
-#include "server/scene/container.h"
 #include "server/scene/scene.h"
 #include "server/scene/texels.h"
-#include "server/scene/walk.h"
+#include "server/spec/schema.h"
 
 namespace kiln {
+
+/// `index` where it is one of `count`; a problem at `pointer` where it is not, `what` naming what
+/// it counts.
+std::optional<std::size_t> index_among(int index, std::size_t count, const char* what,
+                                       const std::string& pointer, ProblemList& problems);
 
 /// A texture that a material names.
 struct TextureLook {
@@ -24,9 +30,9 @@ struct TextureLook {
 /// them.
 class GltfTextures {
   public:
-    GltfTextures(const Place& root, std::string_view binary);
-    /// The texture info `name` of a material or extension.
-    TextureLook look(const Place& owner, const char* name);
+    GltfTextures(const tinygltf::Model& model, std::string_view binary, ProblemList& problems);
+    /// The texture of this index, −1 for none, which stands at `pointer`.
+    TextureLook look(int texture, const std::string& pointer);
 
   private:
     ImageLook look_at(std::size_t image);
@@ -34,26 +40,37 @@ class GltfTextures {
     std::optional<std::string_view> view_bytes(std::size_t view, std::string& why);
     std::optional<std::string_view> buffer_bytes(std::size_t buffer, std::string& why);
 
-    Place textures_, images_, views_, buffers_;
+    const tinygltf::Model& model_;
     std::string_view binary_;
+    ProblemList& problems_;
     std::uint64_t texels_left_;
     std::map<std::size_t, ImageLook> looks_;
     std::map<std::size_t, std::string> decoded_;  ///< of buffers in data: URIs
 };
 
-/// The custom property (member of a material's extras) that names measured data in its place.
+/// Custom properties of a glTF asset that Kiln reads.
 inline constexpr const char* kMeasuredProperty = "kiln_measured";
-/// Its id, "" where there is none.
-std::string measured_of_gltf(const Place& material);
+
+/// One material of a document.
+struct GltfMaterial {
+    const tinygltf::Material& material;
+    std::string pointer;
+
+    /// The id of measured data in its extras, "" where there is none.
+    std::string measured(ProblemList& problems) const;
+};
 
 /// JSON pointers of the numbers that an animation moves (KHR_animation_pointer).
-std::set<std::string> animated_numbers(const Place& root);
+std::set<std::string> animated_numbers(const tinygltf::Model& model);
 
 /// What a glTF material asks for; `vertex_colours`: a primitive of it has COLOR_0.
-MaterialUse read_gltf_material(const Place& material, GltfTextures& textures,
-                               const std::set<std::string>& animated, bool vertex_colours);
+MaterialUse read_gltf_material(const GltfMaterial& material, GltfTextures& textures,
+                               const std::set<std::string>& animated, bool vertex_colours,
+                               ProblemList& problems);
 
-/// A parsed glTF 2.0 document. Problems are added, and what is returned then means nothing.
-SceneUse read_gltf(const Place& root, const Container& container, const SceneChoice& choice);
+/// A glTF 2.0 document; `binary` is the buffer of a binary one. Problems are added, and what is
+/// returned then means nothing.
+SceneUse read_gltf(const tinygltf::Model& model, std::string_view binary, const SceneChoice& choice,
+                   ProblemList& problems);
 
 }  // namespace kiln

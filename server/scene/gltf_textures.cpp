@@ -1,36 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-
 #include "server/scene/bounds.h"
 #include "server/scene/gltf.h"
 #include "server/spec/json_text.h"
 
 namespace kiln {
 
-GltfTextures::GltfTextures(const Place& root, std::string_view binary)
-    : textures_(root.list("textures", kSceneEntriesMax)),
-      images_(root.list("images", kSceneEntriesMax)),
-      views_(root.list("bufferViews", kSceneEntriesMax)),
-      buffers_(root.list("buffers", kSceneEntriesMax)),
-      binary_(binary),
-      texels_left_(kSceneTexelsMax) {}
+namespace {
 
-TextureLook GltfTextures::look(const Place& owner, const char* name) {
-    const Place info = owner.object(name);
-    if (!info) return {};
+/// What a data: URI of glTF holds: an image, or a buffer.
+std::optional<std::string> data_uri_bytes(const std::string& uri) {
+    std::vector<unsigned char> bytes;
+    std::string media_type;
+    if (!tinygltf::DecodeDataURI(&bytes, media_type, uri, 0, false)) return std::nullopt;
+    return std::string(bytes.begin(), bytes.end());
+}
+
+constexpr const char* kBadDataUri = "a data: URI without good base64 of a type that glTF has";
+
+std::string place(const char* list, std::size_t index) {
+    return join_pointer(list, std::to_string(index));
+}
+
+}  // namespace
+
+std::optional<std::size_t> index_among(int index, std::size_t count, const char* what,
+                                       const std::string& pointer, ProblemList& problems) {
+    if (index >= 0 && static_cast<std::size_t>(index) < count)
+        return static_cast<std::size_t>(index);
+    problems.add(pointer, "is " + std::to_string(index) + "; must be the index of one of " +
+                              std::to_string(count) + " " + what);
+    return std::nullopt;
+}
+
+GltfTextures::GltfTextures(const tinygltf::Model& model, std::string_view binary,
+                           ProblemList& problems)
+    : model_(model), binary_(binary), problems_(problems), texels_left_(kSceneTexelsMax) {}
+
+TextureLook GltfTextures::look(int index, const std::string& pointer) {
+    if (index < 0) return {};
     TextureLook result{true, {}, ""};
-    const auto texture_index = info.index("index", textures_.size(), "textures");
-    if (!texture_index) {
-        if (!info.has("index")) info.refuse("names no texture: index is required");
-        return result;
-    }
-    const Place texture = textures_.item(*texture_index);
-    const auto image = texture.index("source", images_.size(), "images");
-    if (!image) {
-        result.why_not = "texture " + std::to_string(*texture_index) +
+    const auto texture = index_among(index, model_.textures.size(), "textures", pointer, problems_);
+    if (!texture) return result;
+    const int source = model_.textures[*texture].source;
+    if (source < 0) {
+        result.why_not = "texture " + std::to_string(*texture) +
                          " names no PNG or JPEG that every program reads";
         return result;
     }
+    const auto image = index_among(source, model_.images.size(), "images",
+                                   place("/textures", *texture) + "/source", problems_);
+    if (!image) return result;
     auto found_look = looks_.find(*image);
     if (found_look == looks_.end()) found_look = looks_.emplace(*image, look_at(*image)).first;
     result.texels = found_look->second.texels;
@@ -40,56 +59,54 @@ TextureLook GltfTextures::look(const Place& owner, const char* name) {
 }
 
 ImageLook GltfTextures::look_at(std::size_t index) {
-    const Place image = images_.item(index);
-    std::string why = "is neither a URI nor a part of a buffer";
-    if (const std::string* uri = image.text_at("uri")) {
-        if (!uri->starts_with("data:"))
-            return {{}, "(" + in_quotes(*uri) + ") is not in the document"};
-        const auto bytes = data_uri_bytes(*uri);
-        if (!bytes) return {{}, "is a data: URI without good base64"};
+    const tinygltf::Image& image = model_.images[index];
+    if (!image.uri.empty()) {
+        if (!image.uri.starts_with("data:"))
+            return {{}, "(" + in_quotes(image.uri) + ") is not in the document"};
+        const auto bytes = data_uri_bytes(image.uri);
+        if (!bytes) return {{}, std::string("is ") + kBadDataUri};
         return look_at_image(*bytes, texels_left_);
     }
-    if (const auto view = image.index("bufferView", views_.size(), "bufferViews")) {
+    if (image.bufferView < 0) return {{}, "is neither a URI nor a part of a buffer"};
+    std::string why;
+    if (const auto view = index_among(image.bufferView, model_.bufferViews.size(), "bufferViews",
+                                      place("/images", index) + "/bufferView", problems_)) {
         if (const auto bytes = view_bytes(*view, why)) return look_at_image(*bytes, texels_left_);
     }
     return {{}, why};
 }
 
 std::optional<std::string_view> GltfTextures::view_bytes(std::size_t index, std::string& why) {
-    const Place view = views_.item(index);
-    const auto buffer = view.index("buffer", buffers_.size(), "buffers");
-    const std::size_t offset = view.bytes("byteOffset").value_or(0);
-    const auto length = view.bytes("byteLength");
-    if (!buffer || !length) {
-        if (!view.has("buffer") || !view.has("byteLength"))
-            view.refuse("must have buffer and byteLength");
-        return std::nullopt;
-    }
+    const tinygltf::BufferView& view = model_.bufferViews[index];
+    const std::string pointer = place("/bufferViews", index);
+    const auto buffer =
+        index_among(view.buffer, model_.buffers.size(), "buffers", pointer + "/buffer", problems_);
+    if (!buffer) return std::nullopt;
     const auto bytes = buffer_bytes(*buffer, why);
     if (!bytes) return std::nullopt;
-    if (offset > bytes->size() || *length > bytes->size() - offset) {
-        view.refuse("bytes " + std::to_string(offset) + " and " + std::to_string(*length) +
-                    " more go past the end of its buffer, which has " +
-                    std::to_string(bytes->size()));
+    if (view.byteOffset > bytes->size() || view.byteLength > bytes->size() - view.byteOffset) {
+        problems_.add(pointer, "bytes " + std::to_string(view.byteOffset) + " and " +
+                                   std::to_string(view.byteLength) +
+                                   " more go past the end of its buffer, which has " +
+                                   std::to_string(bytes->size()));
         return std::nullopt;
     }
-    return bytes->substr(offset, *length);
+    return bytes->substr(view.byteOffset, view.byteLength);
 }
 
 std::optional<std::string_view> GltfTextures::buffer_bytes(std::size_t index, std::string& why) {
-    const Place buffer = buffers_.item(index);
-    const std::string* uri = buffer.text_at("uri");
-    if (uri == nullptr) {
+    const std::string& uri = model_.buffers[index].uri;
+    if (uri.empty()) {
         if (index == 0 && !binary_.empty()) return binary_;
         why = "lies in a buffer without data";
         return std::nullopt;
     }
     const auto known = decoded_.find(index);
     if (known != decoded_.end()) return known->second;
-    if (auto bytes = data_uri_bytes(*uri))
+    if (auto bytes = data_uri_bytes(uri))
         return decoded_.emplace(index, std::move(*bytes)).first->second;
-    why = uri->starts_with("data:") ? "lies in a data: URI without good base64"
-                                    : "lies in " + in_quotes(*uri) + ", not in the document";
+    why = uri.starts_with("data:") ? std::string("lies in ") + kBadDataUri
+                                   : "lies in " + in_quotes(uri) + ", not in the document";
     return std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include "server/scene/bounds.h"
 #include "server/scene/container.h"
 #include "server/scene/gltf.h"
+#include "server/scene/gltf_document.h"
 #include "server/scene/material_list.h"
 #include "server/spec/json_text.h"
 #include "server/spec/limits.h"
@@ -66,7 +67,7 @@ SceneUse read_scene(std::string_view bytes, const SceneChoice& choice) {
         throw Malformed("the scene " + message, {{"", message}});
     }
     const Container container = open_container(bytes);
-    const nlohmann::json document =
+    nlohmann::json document =
         parse_json(container.json, {.bytes_max = limits().scene_bytes_max,
                                     .depth_max = limits().depth_max,
                                     .values_max = static_cast<std::int64_t>(kSceneValuesMax)});
@@ -75,7 +76,9 @@ SceneUse read_scene(std::string_view bytes, const SceneChoice& choice) {
     if (!document.is_object()) {
         problems.add("", "must be an object: a glTF 2.0 document, or {\"materials\": […]}");
     } else if (container.is_glb || document.contains("asset")) {
-        scene = read_gltf(Place(&document, "", problems), container, choice);
+        const tinygltf::Model model = open_gltf(std::move(document), problems);
+        if (problems.empty()) scene = read_gltf(model, container.binary, choice, problems);
+        scene.format = container.is_glb ? "glb" : "gltf";
     } else {
         scene = read_material_list(document, problems);
         if (!choice.scene.empty() || !choice.variant.empty())

@@ -134,6 +134,8 @@ Limits read_limits(const Json& document) {
             .batch_jobs_max = value("batch_jobs_max"),
             .batch_bytes_max = value("batch_bytes_max"),
             .scene_bytes_max = value("scene_bytes_max"),
+            .scene_entries_max = value("scene_entries_max"),
+            .gltf_materials_max = value("gltf_materials_max"),
             .atlas_materials_max = value("atlas_materials_max"),
             .slice_count_max = value("slice_count_max"),
             .gutter_max = value("gutter_max"),

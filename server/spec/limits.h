@@ -21,6 +21,8 @@ struct Limits {
     std::int64_t batch_jobs_max = 0;
     std::int64_t batch_bytes_max = 0;
     std::int64_t scene_bytes_max = 0;
+    std::int64_t scene_entries_max = 0;
+    std::int64_t gltf_materials_max = 0;
     std::int64_t atlas_materials_max = 0;
     std::int64_t slice_count_max = 0;
     std::int64_t gutter_max = 0;

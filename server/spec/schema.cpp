@@ -45,10 +45,13 @@ bool has_any_type(const Json& value, const Json& type) {
                        [&](const auto& name) { return has_type(value, name); });
 }
 
+/// What becomes of members that a schema allows and does not name.
+enum class Others { kept, left_out };
+
 class Walker {
   public:
-    Walker(const Json& contract, ProblemList& problems)
-        : contract_(contract), problems_(problems) {}
+    Walker(const Json& contract, ProblemList& problems, Others others)
+        : contract_(contract), problems_(problems), others_(others) {}
 
     Json visit(const Json& reference, const Json& value, const std::string& pointer) {
         const Json& schema = resolve(contract_, reference);
@@ -208,7 +211,7 @@ class Walker {
     Json visit_object(const Json& schema, const Json& value, const std::string& pointer) {
         const Json& properties = entry(schema, "properties");
         const Json& extra = entry(schema, "additionalProperties");
-        Json result = value;
+        Json result = others_ == Others::kept ? value : Json::object();
         for (const Json& name : entry(schema, "required")) {
             const auto& text = name.get_ref<const std::string&>();
             if (!value.contains(text))
@@ -248,6 +251,7 @@ class Walker {
 
     const Json& contract_;
     ProblemList& problems_;
+    Others others_;
 };
 
 [[noreturn]] void refuse_schema(const std::string& place, const std::string& message) {
@@ -295,7 +299,12 @@ std::vector<Problem> ProblemList::take() {
 
 nlohmann::json walk_schema(const nlohmann::json& contract, const nlohmann::json& schema,
                            const nlohmann::json& instance, ProblemList& problems) {
-    return Walker(contract, problems).visit(schema, instance, "");
+    return Walker(contract, problems, Others::kept).visit(schema, instance, "");
+}
+
+nlohmann::json project_schema(const nlohmann::json& contract, const nlohmann::json& schema,
+                              const nlohmann::json& instance, ProblemList& problems) {
+    return Walker(contract, problems, Others::left_out).visit(schema, instance, "");
 }
 
 void check_schema(const nlohmann::json& contract, const nlohmann::json& schema,

@@ -38,6 +38,11 @@ class ProblemList {
 nlohmann::json walk_schema(const nlohmann::json& contract, const nlohmann::json& schema,
                            const nlohmann::json& instance, ProblemList& problems);
 
+/// The same for a foreign format, of which the schema names what is read: other members of objects
+/// are left out of what is returned, whatever they hold.
+nlohmann::json project_schema(const nlohmann::json& contract, const nlohmann::json& schema,
+                              const nlohmann::json& instance, ProblemList& problems);
+
 /// Refuses a schema that the walker would not obey to the letter: an unknown keyword, a $ref with
 /// siblings or without target, a oneOf whose branches share a type. Throws Error("contract") naming
 /// the place.

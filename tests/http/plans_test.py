@@ -80,12 +80,16 @@ class Plans(ServiceTest):
     def test_wrong_scenes_are_problem_documents_with_places(self):
         broken = json.loads(json.dumps(SCENE))
         broken["materials"][0]["pbrMetallicRoughness"] = {"roughnessFactor": 2}
-        broken["nodes"][0]["children"] = [0]
+        broken["nodes"][0]["children"] = "all"
         answer = self.plan(broken)
         self.assertEqual(answer.status, 422)
         self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
         self.assertEqual({problem["pointer"] for problem in answer.json["problems"]},
-                         {"/materials/0/pbrMetallicRoughness/roughnessFactor", "/nodes/0"})
+                         {"/materials/0/pbrMetallicRoughness/roughnessFactor", "/nodes/0/children"})
+        looped = json.loads(json.dumps(SCENE))
+        looped["nodes"][0]["children"] = [0, 9]
+        self.assertEqual([problem["pointer"] for problem in self.plan(looped).json["problems"]],
+                         ["/nodes/0/children/1", "/nodes/0"])
         for body in (b"", b"{", b"glTF", b"\xff\xfe", b"[" * 100000, glb(SCENE)[:-1]):
             answer = self.plan(body)
             self.assertEqual((answer.status, answer.json["code"]), (400, "malformed"), body[:20])

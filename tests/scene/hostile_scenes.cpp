@@ -82,7 +82,7 @@ void add_containers(std::vector<HostileScene>& all) {
     malformed("glb: the JSON is none", glb_of("hello", ""));
     malformed("glb: empty JSON", glb_of("", ""));
     all.push_back(
-        {"glb: a list of materials", glb_of(R"({"materials":[]})", ""), "invalid_scene", ""});
+        {"glb: a list of materials", glb_of(R"({"materials":[]})", ""), "invalid_scene", "/asset"});
 }
 
 void add_structure(std::vector<HostileScene>& all) {
@@ -93,10 +93,11 @@ void add_structure(std::vector<HostileScene>& all) {
     invalid("an array", "[]", "");
     invalid("null", "null", "");
     invalid("neither glTF nor a list", "{}", "/materials");
-    invalid("an asset without version", R"({"asset":{}})", "");
-    invalid("glTF 1", R"({"asset":{"version":"1.0"}})", "/asset");
+    invalid("an asset without version", R"({"asset":{}})", "/asset/version");
+    invalid("glTF 1", R"({"asset":{"version":"1.0"}})", "/asset/version");
     invalid("a version that is a number", R"({"asset":{"version":2.0}})", "/asset/version");
-    invalid("a version to come", R"({"asset":{"version":"2.0","minVersion":"2.9"}})", "/asset");
+    invalid("a version to come", R"({"asset":{"version":"2.0","minVersion":"2.9"}})",
+            "/asset/minVersion");
     invalid("an asset that is a list", R"({"asset":[]})", "/asset");
     invalid("scenes are an object", rest(R"("scenes":{})"), "/scenes");
     invalid("a scene that is a number", rest(R"("scenes":[7])"), "/scenes/0");
@@ -118,7 +119,8 @@ void add_structure(std::vector<HostileScene>& all) {
     invalid("a mesh that is missing", rest(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":1}])"),
             "/nodes/0/mesh");
     invalid("a mesh without primitives",
-            rest(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{}])"), "/meshes/0");
+            rest(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{}])"),
+            "/meshes/0/primitives");
     invalid("primitives are a number",
             rest(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":1}])"),
             "/meshes/0/primitives");
@@ -127,6 +129,13 @@ void add_structure(std::vector<HostileScene>& all) {
                  R"("meshes":[{"primitives":[{"material":0}]}])"),
             "/meshes/0/primitives/0/material");
     invalid("a material that is a word", scene_of("\"gold\""), "/materials/0");
+}
+
+void add_bounds(std::vector<HostileScene>& all) {
+    const auto invalid = [&](const char* name, std::string bytes, const char* pointer) {
+        all.push_back({name, std::move(bytes), "invalid_scene", pointer});
+    };
+    const auto rest = [](const std::string& members) { return kHead + members + "}"; };
     invalid("more nodes than may be",
             rest(R"("scenes":[{}],"nodes":[)" + many("{},", 200000) + "{}]"), "/nodes");
     invalid("used materials beyond the bound",
@@ -169,9 +178,10 @@ void add_materials(std::vector<HostileScene>& all) {
     invalid("metallic 1e300", pbr(R"("metallicFactor":1e300)"), base + "metallicFactor");
     invalid("a colour of three", pbr(R"("baseColorFactor":[1,1,1])"), base + "baseColorFactor");
     invalid("a colour of words", pbr(R"("baseColorFactor":["a","b","c","d"])"),
-            base + "baseColorFactor");
-    invalid("a colour above 1", pbr(R"("baseColorFactor":[1,9,1,1])"), base + "baseColorFactor");
-    invalid("ior 0.5", extension("ior", R"("ior":0.5)"), more + "ior");
+            base + "baseColorFactor/0");
+    invalid("a colour above 1", pbr(R"("baseColorFactor":[1,9,1,1])"), base + "baseColorFactor/1");
+    invalid("ior 0.5", extension("ior", R"("ior":0.5)"), more + "ior/ior");
+    invalid("ior 2^32 + 1", extension("ior", R"("ior":4294967297)"), more + "ior/ior");
     invalid("ior −2", extension("ior", R"("ior":-2)"), more + "ior/ior");
     invalid("sheen of a word", extension("sheen", R"("sheenColorFactor":"red")"),
             more + "sheen/sheenColorFactor");
@@ -182,13 +192,13 @@ void add_materials(std::vector<HostileScene>& all) {
                      R"("KHR_materials_transmission":{"transmissionFactor":[1]}}})"),
             more + "transmission/transmissionFactor");
     invalid("specular colour below 0", extension("specular", R"("specularColorFactor":[-1,0,0])"),
-            more + "specular/specularColorFactor");
+            more + "specular/specularColorFactor/0");
     invalid("an extension that is null", scene_of(R"({"extensions":{"KHR_materials_unlit":null}})"),
             more + "unlit");
     invalid("extensions are a list", scene_of(R"({"extensions":[]})"), "extensions");
     invalid("a name that is a number", scene_of(R"({"name":7})"), "name");
     invalid("a texture without index", pbr(R"("metallicRoughnessTexture":{})"),
-            base + "metallicRoughnessTexture");
+            base + "metallicRoughnessTexture/index");
     invalid("a texture that is missing", pbr(R"("metallicRoughnessTexture":{"index":4})"),
             base + "metallicRoughnessTexture/index");
 }
@@ -208,19 +218,23 @@ void add_images(std::vector<HostileScene>& all) {
     const auto data = [](const std::string& bytes) {
         return textured(R"({"uri":"data:image/png;base64,)" + base64(bytes) + "\"}");
     };
-    const std::string buffer = R"({"byteLength":4,"uri":"data:;base64,AAAAAA=="})";
+    const std::string buffer =
+        R"({"byteLength":4,"uri":"data:application/octet-stream;base64,AAAAAA=="})";
     invalid("an image that is missing",
             scene_of(R"({"pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0}}})",
                      R"("textures":[{"source":2}],)"),
             "/textures/0/source");
     invalid("a view that is missing", textured(R"({"bufferView":9})"), "/images/0/bufferView");
-    invalid("a view without length", view(R"("buffer":0)", buffer), "/bufferViews/0");
+    invalid("a view without length", view(R"("buffer":0)", buffer), "/bufferViews/0/byteLength");
     invalid("a view past the end", view(R"("buffer":0,"byteLength":5)", buffer), "/bufferViews/0");
     invalid("a view that starts past the end",
             view(R"("buffer":0,"byteOffset":5,"byteLength":0)", buffer), "/bufferViews/0");
     invalid("offset and length wrap around",
-            view(R"("buffer":0,"byteOffset":4,"byteLength":18446744073709551615)", buffer),
+            view(R"("buffer":0,"byteOffset":4,"byteLength":9007199254740991)", buffer),
             "/bufferViews/0");
+    invalid("a length that no double holds",
+            view(R"("buffer":0,"byteLength":18446744073709551615)", buffer),
+            "/bufferViews/0/byteLength");
     invalid("a length of −1", view(R"("buffer":0,"byteLength":-1)", buffer),
             "/bufferViews/0/byteLength");
     invalid("a uri that is a list", textured(R"({"uri":[]})"), "/images/0/uri");
@@ -285,6 +299,7 @@ std::vector<HostileScene> hostile_scenes() {
     add_texts(all);
     add_containers(all);
     add_structure(all);
+    add_bounds(all);
     add_materials(all);
     add_images(all);
     add_lists(all);

@@ -219,7 +219,7 @@ TEST(Gltf, WithoutASceneAllMeshesCount) {
 TEST(Gltf, AVariantByNameTakesThePlaceOfTheDefault) {
     const std::string text = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],
         "nodes":[{"mesh":0}],"materials":[{"name":"a"},{"name":"b"},{"name":"c"}],
-        "extensions":{"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}},
+        "extensions":{"KHR_materials_variants":{"variants":[{},{"name":"blue"}]}},
         "meshes":[{"primitives":[{"material":0,"extensions":{"KHR_materials_variants":{
             "mappings":[{"material":1,"variants":[0]},{"material":2,"variants":[1]}]}}}]}]})";
     EXPECT_EQ(only(text).name, "a");
@@ -264,6 +264,25 @@ TEST(Gltf, WhatAnAnimationMovesIsEveryValueItMayBe) {
     const MaterialUse metal =
         only(animated(R"({"pbrMetallicRoughness":{}})", {"pbrMetallicRoughness/baseColorFactor"}));
     EXPECT_EQ(metal.metal_f0[1], (Range{0, 1, Origin::animation}));
+}
+
+// The library by itself takes each of these for absent, drops its owner, or overflows its stack.
+TEST(Gltf, WhatTheLibraryWouldPassOverInSilenceCounts) {
+    const auto roughness = [](const std::string& primitive, const std::string& material) {
+        const SceneUse use = read_scene(R"({"asset":{"version":"2.0"},"materials":[)" + material +
+                                            R"(],"meshes":[{"primitives":[)" + primitive + "]}]}",
+                                        {});
+        EXPECT_EQ(use.materials.size(), 1u);
+        return use.materials.at(0).roughness;
+    };
+    const std::string third = R"({"pbrMetallicRoughness":{"roughnessFactor":0.25}})";
+    EXPECT_EQ(roughness(R"({"material":0})", third), (Range{0.25, 0.25}));
+    EXPECT_EQ(roughness(R"({"material":0.0,"indices":7,"targets":7})", third), (Range{0.25, 0.25}));
+    EXPECT_EQ(extended("ior", R"("ior":1000000)").ior, 1e6);
+    EXPECT_EQ(extended("ior", R"("ior":2e0)").ior, 2);
+    const std::string deep = std::string(20, '[') + std::string(20, ']');
+    EXPECT_EQ(lobes_of(only(scene_of(R"({"extras":)" + deep + "}", R"("extras":)" + deep + ","))),
+              "metal");
 }
 
 TEST(Gltf, MaterialExtensionsThatAreNotKnownAreWarnedOf) {

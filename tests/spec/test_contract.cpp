@@ -68,6 +68,21 @@ TEST(Contract, LaterValuesAreRefusedByName) {
               R"(the field "more" is not supported yet; allowed: "kind")");
 }
 
+TEST(Contract, AProjectionKeepsWhatTheSchemaNames) {
+    const Json schema = Json::parse(R"({"type":"object","properties":{
+        "a":{"type":"number","default":2},"b":{"type":"array","items":{"type":"object",
+        "properties":{"c":{"type":"integer"}}}}}})");
+    const Json document = Json::parse(R"({"b":[{"c":1.0,"d":[[]]},{}],"e":{"a":null}})");
+    ProblemList problems(10);
+    EXPECT_EQ(project_schema(contract(), schema, document, problems).dump(),
+              R"({"a":2,"b":[{"c":1},{}]})");
+    EXPECT_EQ(walk_schema(contract(), schema, document, problems).dump(),
+              R"({"a":2,"b":[{"c":1,"d":[[]]},{}],"e":{"a":null}})");
+    EXPECT_TRUE(problems.empty());
+    project_schema(contract(), schema, Json::parse(R"({"b":[{"c":true}]})"), problems);
+    EXPECT_EQ(problems.take().at(0).pointer, "/b/0/c");
+}
+
 TEST(Contract, EachKeywordJudges) {
     struct Case {
         const char *schema, *good, *bad;
