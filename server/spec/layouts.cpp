@@ -72,7 +72,8 @@ std::vector<LayoutPreset> make_presets() {
          .single_axis = {},
          .channel_sets = {{lerped.quantities,
                            "Babylon's B holds sheen, a job of its own; its PNG is RGBD, "
-                           "which Kiln does not write"}}},
+                           "which Kiln does not write, and lies a texel lower than its "
+                           "shader reads it: row i at roughness (i + 1.5)/256"}}},
         {.name = "cycles",
          .program = "Blender Cycles (table_ggx_E 32 x 32, table_ggx_Eavg 32)",
          .axes = {kCyclesRoughness,
