@@ -96,7 +96,7 @@ struct Engine::State {
         const auto& [job, plan, control, standard_error_planes] = request;
         if (job.integrator == Integrator::quadrature)
             return integrate_by_quadrature(
-                job, plan, backend, job.target_error.value_or(kQuadratureTolerance), control);
+                job, plan, backend, pool, job.target_error.value_or(kQuadratureTolerance), control);
         return integrate(job, plan, backend, pool, control, standard_error_planes);
     }
 

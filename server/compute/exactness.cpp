@@ -22,6 +22,8 @@ constexpr std::uint64_t kTexelsAlways = 1024;
 /// Else where it costs at most this share of the samples, as does the finer lattice; a node costs
 /// 1.6 samples (bench_kernels).
 constexpr double kShareOfSamples = 0.1, kSamplesANode = 1.6;
+/// A place of ggx_lambert is solved in the time of so many walks.
+constexpr std::uint64_t kWalksAPlace = 1000;
 /// What float arithmetic reaches, and what double is asked for.
 constexpr double kFloatTolerance = 1e-6, kDoubleTolerance = 1e-9;
 /// Of the largest standard error: finer would be lost beside it. Lookup errors below 1e-5 are none.
@@ -69,6 +71,9 @@ class Check {
         served_.quantities.clear();
         for (const Quantity quantity : job.quantities)
             if (!quadrature_lacks(job, quantity)) served_.quantities.push_back(quantity);
+        const auto& asked = served_.quantities;
+        walks_ = job.diffuse.model == DiffuseModel::ggx_lambert &&
+                 std::any_of(asked.begin(), asked.end(), reads_diffuse);
         tolerance_ = tolerance_for(job, outcome.report);
         served_.precision = tolerance_ < kFloatTolerance ? Precision::float64 : Precision::float32;
     }
@@ -113,6 +118,7 @@ class Check {
         std::uint64_t nodes = 0;
         for (const std::size_t step : {start, start + 1})
             nodes += quadrature_evaluations(dearest_kind(), kQuadratureSteps[step].order);
+        if (walks_) nodes = kWalksAPlace;
         const std::vector<Channel> channels = channels_of(served_);
         if (std::any_of(channels.begin(), channels.end(),
                         [](const Channel& channel) { return channel.colour != 0; }))
@@ -170,6 +176,7 @@ class Check {
     ThreadPool& pool_;
     Control control_;
     JobSpec served_;
+    bool walks_ = false;  ///< over facets
     double tolerance_ = 0;
 };
 
@@ -184,7 +191,7 @@ Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadP
     exact.integrator = Integrator::quadrature;
     const Plan plan =
         make_plan(exact, [&] { return average_deficits(exact, native, pool, control); });
-    return std::move(integrate_by_quadrature(exact, plan, native, tolerance, control).table);
+    return std::move(integrate_by_quadrature(exact, plan, native, pool, tolerance, control).table);
 }
 
 void hold_against_quadrature(const JobSpec& job, Outcome& outcome, Backend& native,

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/base/error.h"
+#include "server/compute/facet_albedos.h"
 #include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/replicates.h"
@@ -95,13 +96,20 @@ std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     return list;
 }
 
+/// Whether light walks over facets: no kernel has that.
+bool walks(const Pass& pass) {
+    return pass.what.material.diffuse ==
+           static_cast<int>(DiffuseModel::ggx_lambert) - static_cast<int>(DiffuseModel::lambert);
+}
+
 class Quadrature {
   public:
-    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, double tolerance,
-               const Control& control)
+    Quadrature(const JobSpec& job, const Plan& plan, Backend& backend, ThreadPool& pool,
+               double tolerance, const Control& control)
         : job_(job),
           plan_(plan),
           backend_(backend),
+          pool_(pool),
           tolerance_(tolerance),
           control_(control),
           texels_(job) {
@@ -118,6 +126,8 @@ class Quadrature {
         const auto start = std::chrono::steady_clock::now();
         for (const Pass& pass : plan_.passes) {
             make_maps(pass);
+            walked_ = {};
+            if (walks(pass)) walk(pass);
             for (std::size_t first = 0; first < pass.places.count(); first += kBlockPlaces)
                 run_block(pass, first, std::min(kBlockPlaces, pass.places.count() - first));
         }
@@ -156,8 +166,9 @@ class Quadrature {
 
   private:
     void run_block(const Pass& pass, std::size_t first, std::size_t count) {
-        const Means means = pass.what.material.averaged ? averaged(pass, first, count)
-                                                        : directional(pass, first, count);
+        const Means means = walks(pass)                   ? walked(pass, first, count)
+                            : pass.what.material.averaged ? averaged(pass, first, count)
+                                                          : directional(pass, first, count);
         for (const Share& share : pass.shares) {
             const std::vector<double> a = combined(share.a, means, count);
             if (share.part)
@@ -165,7 +176,7 @@ class Quadrature {
             else
                 store(pass, share, means, a, first);
         }
-        done_ += count;
+        if (!walks(pass)) done_ += count;
         stay_in_touch();
     }
 
@@ -228,7 +239,7 @@ class Quadrature {
     void make_maps(const Pass& pass) {
         maps_.clear();
         sparse_.clear();
-        const bool mapped = !pass.what.material.averaged && job_.axes.size() > 1 &&
+        const bool mapped = !walks(pass) && !pass.what.material.averaged && job_.axes.size() > 1 &&
                             job_.precision == Precision::float32 &&
                             pass.places.count() > kMappedPlaces;
         if (!mapped) return;
@@ -324,6 +335,45 @@ class Quadrature {
         return means;
     }
 
+    /// Every place of a pass, as those of one roughness are worked on together.
+    void walk(const Pass& pass) {
+        std::vector<double> NoV, alpha, rhos;
+        for (std::size_t i = 0; i < pass.places.count(); ++i) {
+            if (!pass.what.material.averaged) NoV.push_back(pass.places.NoV(i));
+            alpha.push_back(pass.places.alpha(i));
+        }
+        for (const std::size_t term : terms_of(pass))
+            rhos.push_back(pass.parameters[kAlbedoParameter + term - kDiffuse]);
+        const double exact = tolerance_of(pass).absolute;
+        walked_ = facet_albedos({NoV, alpha, rhos}, pool_, [&](double share) {
+            stay_in_touch(share * static_cast<double>(alpha.size()));
+            out_of_time_ = deadline_.passed();
+            return out_of_time_ ? 1 : exact;
+        });
+        done_ += alpha.size();
+        unsettled_ += walked_.unsettled;
+        outcome_.report.work.brdf_evaluations += walked_.evaluations;
+    }
+
+    static std::vector<std::size_t> terms_of(const Pass& pass) {
+        std::vector<std::size_t> terms;
+        for (std::size_t term = kDiffuse; term < kDiffuse + 3; ++term)
+            if (pass.what.material.terms >> term & 1) terms.push_back(term);
+        return terms;
+    }
+
+    Means walked(const Pass& pass, std::size_t first, std::size_t count) const {
+        Means means;
+        const auto part = [&](const auto& all) {
+            const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
+            return std::vector(begin, begin + static_cast<std::ptrdiff_t>(count));
+        };
+        const std::vector<std::size_t> terms = terms_of(pass);
+        for (std::size_t k = 0; k < terms.size(); ++k) means.of[terms[k]] = part(walked_.of[k]);
+        means.error = part(walked_.error);
+        return means;
+    }
+
     void leave_out(std::size_t interpolated, std::size_t places) {
         outcome_.report.left_out.push_back(
             {"quadrature at " + std::to_string(interpolated) + " of " + std::to_string(places) +
@@ -331,8 +381,8 @@ class Quadrature {
              "interpolation between the others is within a quarter of target_error of it"});
     }
 
-    void stay_in_touch() {
-        control_.progress({static_cast<double>(done_) / planned_places(), {}});
+    void stay_in_touch(double further = 0) {
+        control_.progress({(static_cast<double>(done_) + further) / planned_places(), {}});
         if (control_.cancelled()) throw Cancelled();
     }
 
@@ -349,6 +399,7 @@ class Quadrature {
     const JobSpec& job_;
     const Plan& plan_;
     Backend& backend_;
+    ThreadPool& pool_;
     const double tolerance_;
     const Control& control_;
     const Texels texels_;
@@ -356,6 +407,7 @@ class Quadrature {
     std::vector<ErrorSummary> sums_;
     std::vector<OrderMap> maps_;
     std::vector<SparseTable> sparse_;
+    FacetAlbedos walked_;
     std::size_t planned_ = 0, done_ = 0, unsettled_ = 0;
     const Deadline deadline_{std::chrono::steady_clock::now(), job_.time_budget_s, 1};
     bool out_of_time_ = false;
@@ -365,14 +417,16 @@ class Quadrature {
 
 std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan) {
     std::vector<KernelKind> kernels;
-    for (const Pass& pass : plan.passes)
+    for (const Pass& pass : plan.passes) {
+        if (walks(pass)) continue;
         for (const Integral& integral : integrals_of(job, pass)) kernels.push_back(integral.kind);
+    }
     return kernels;
 }
 
 Outcome integrate_by_quadrature(const JobSpec& job, const Plan& plan, Backend& backend,
-                                double tolerance, const Control& control) {
-    return Quadrature(job, plan, backend, tolerance, control).run();
+                                ThreadPool& pool, double tolerance, const Control& control) {
+    return Quadrature(job, plan, backend, pool, tolerance, control).run();
 }
 
 }  // namespace kiln

@@ -5,10 +5,11 @@
 #include "server/compute/backend.h"
 #include "server/compute/engine.h"
 #include "server/compute/plan.h"
+#include "server/compute/thread_pool.h"
 
 namespace kiln {
 
-/// What the quadrature of a plan launches.
+/// What the quadrature of a plan launches: nothing for ggx_lambert, which is solved on the host.
 std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan);
 
 /// Runs a job's plan by quadrature instead of sampling (integrator "quadrature"), within
@@ -17,7 +18,7 @@ std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan)
 /// run_time_s.integrate. The gate lets only plans through that quadrature has a rule for. Throws
 /// Cancelled, or what the backend throws.
 Outcome integrate_by_quadrature(const JobSpec& job, const Plan& plan, Backend& backend,
-                                double tolerance, const Control& control);
+                                ThreadPool& pool, double tolerance, const Control& control);
 
 /// Of E, B and their like, where a job says nothing else.
 inline constexpr double kQuadratureTolerance = 1e-9;

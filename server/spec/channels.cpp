@@ -64,10 +64,9 @@ std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantit
     if (quantity == Quantity::fresnel_average) return {};  // exact
     const bool total = quantity == Quantity::total_albedo;
     const bool exact = job.coupling == Coupling::kelemen && total;
-    // Walks have no value at a pair of directions; Chan's bound of 1 on f is a fold, along a curve.
-    const bool rough = job.diffuse.model == DiffuseModel::ggx_lambert ||
-                       job.diffuse.model == DiffuseModel::chan2018;
-    if (reads_diffuse(quantity) && rough && !exact)
+    // Chan's bound of 1 on f is a fold, along a curve.
+    const bool folded = job.diffuse.model == DiffuseModel::chan2018;
+    if (reads_diffuse(quantity) && folded && !exact)
         return "diffuse " + quoted(to_word(job.diffuse.model)) + ", which " +
                quoted(to_word(quantity)) + " reads";
     if (reads_diffuse(quantity) && !total) return {};

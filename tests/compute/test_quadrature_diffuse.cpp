@@ -125,17 +125,14 @@ TEST(QuadratureOfDiffuse, StandsUnderTheFresnelTermOfItsCoupling) {
     }
 }
 
-// A fold along a curve, and walks: refused, where a report would say "converged" of a guess.
-TEST(QuadratureOfDiffuse, RefusesLobesWithoutASmoothForm) {
-    for (const char* word : {"chan2018", "ggx_lambert"}) {
-        try {
-            parse_job(R"({"integrator":"quadrature","quantities":["diffuse_albedo"],)"
-                      R"("resolution":[4,4],"diffuse":{"model":")" +
-                      std::string(word) + "\"}}");
-            FAIL() << word;
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
-        }
+// A fold along a curve: refused, where a report would say "converged" of a guess.
+TEST(QuadratureOfDiffuse, RefusesALobeWithoutASmoothForm) {
+    try {
+        parse_job(R"({"integrator":"quadrature","quantities":["diffuse_albedo"],)"
+                  R"("resolution":[4,4],"diffuse":{"model":"chan2018"}})");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("chan2018"), std::string::npos) << error.what();
     }
 }
 
