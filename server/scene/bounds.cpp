@@ -13,6 +13,8 @@ Bounds scene_bounds() {
          "Largest image of a scene that is looked into."},
         {"scene_texels_max", kSceneTexelsMax, "texels",
          "The same, of all images of one scene together."},
+        {"scene_image_bytes_max", kSceneImageBytesMax, "bytes",
+         "Of the files of all images of one scene that are looked into."},
         {"image_memory_bytes_max", kImageMemoryBytesMax, "bytes",
          "What looking into one image may allocate."},
         {"image_scans_max", kImageScansMax, "scans", "Of a progressive JPEG that is looked into."},

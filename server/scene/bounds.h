@@ -8,7 +8,7 @@
 namespace kiln {
 
 /// Values of a scene's JSON: what it takes in memory is at most some 200 times this many bytes.
-inline constexpr std::size_t kSceneValuesMax = 500'000;
+inline constexpr std::size_t kSceneValuesMax = 1'500'000;
 /// What one answer may list in detail.
 inline constexpr std::size_t kSceneMaterialsMax = 4096;
 inline constexpr std::size_t kSceneNameBytesMax = 256;
@@ -16,6 +16,9 @@ inline constexpr std::size_t kSceneNameBytesMax = 256;
 inline constexpr std::uint64_t kImageTexelsMax = 16'777'216;
 /// Of all images together that a scene's numbers are read from.
 inline constexpr std::uint64_t kSceneTexelsMax = 67'108'864;
+/// Of the files of all images that a scene's numbers are read from: one that is told twice counts
+/// twice.
+inline constexpr std::uint64_t kSceneImageBytesMax = 67'108'864;
 /// What decoding one image may allocate.
 inline constexpr std::size_t kImageMemoryBytesMax = 134'217'728;
 /// A progressive JPEG may repeat scans without end, each at the price of the whole image.

@@ -118,6 +118,7 @@ class Gltf {
         };
         look("extensionsRequired", model_.extensionsRequired, "");
         look("extensionsUsed", model_.extensionsUsed, "_materials_");
+        look("extensionsUsed", model_.extensionsUsed, "MSFT_lod");
     }
 
     void choose_variant() {
@@ -146,7 +147,9 @@ class Gltf {
             return index_among(model_.defaultScene, scenes.size(), "scenes", "/scene", problems_);
         }
         for (std::size_t i = 0; i < scenes.size(); ++i)
-            if (choice_.scene == std::to_string(i) || scenes[i].name == choice_.scene) return i;
+            if (choice_.scene == std::to_string(i)) return i;
+        for (std::size_t i = 0; i < scenes.size(); ++i)
+            if (choice_.scene == scenes[i].name) return i;
         problems_.add("", "has no scene " + in_quotes(choice_.scene) + "; it has " +
                               plural(scenes.size(), "scene") + ", by index from 0 or by name");
         return std::nullopt;

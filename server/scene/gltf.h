@@ -36,6 +36,8 @@ class GltfTextures {
 
   private:
     ImageLook look_at(std::size_t image);
+    ImageLook look_at_view(std::string_view bytes);
+    ImageLook look_at_bytes(std::string_view bytes);
     /// Empty with `why` where the bytes are not in the document.
     std::optional<std::string_view> view_bytes(std::size_t view, std::string& why);
     std::optional<std::string_view> buffer_bytes(std::size_t buffer, std::string& why);
@@ -43,9 +45,11 @@ class GltfTextures {
     const tinygltf::Model& model_;
     std::string_view binary_;
     ProblemList& problems_;
-    std::uint64_t texels_left_;
+    std::uint64_t texels_left_, bytes_left_;
     std::map<std::size_t, ImageLook> looks_;
-    std::map<std::size_t, std::string> decoded_;  ///< of buffers in data: URIs
+    std::map<std::pair<const char*, std::size_t>, ImageLook> views_;  ///< by their bytes
+    /// Of buffers in data: URIs; empty for one that does not decode.
+    std::map<std::size_t, std::optional<std::string>> decoded_;
 };
 
 /// Custom properties of a glTF asset that Kiln reads.

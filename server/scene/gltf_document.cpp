@@ -5,6 +5,7 @@
 
 #include "server/spec/contract.h"
 #include "server/spec/json_text.h"
+#include "server/spec/limits.h"
 
 namespace kiln {
 
@@ -19,6 +20,19 @@ Json take(Json& document, const char* name) {
     Json list = std::move(*found_list);
     document.erase(found_list);
     return list;
+}
+
+/// The library's primitives and channels take hundreds of bytes each: all lists of them together
+/// are bounded as any one list is.
+void bound(const Json& owners, const char* member, const std::string& pointer,
+           ProblemList& problems) {
+    const auto most = static_cast<std::size_t>(limits().scene_entries_max);
+    std::size_t count = 0;
+    for (const Json& owner : owners)
+        if (const auto list = owner.find(member); list != owner.end()) count += list->size();
+    if (count > most)
+        problems.add(pointer, "has " + std::to_string(count) + " " + member +
+                                  " altogether; allowed: at most " + std::to_string(most));
 }
 
 std::vector<tinygltf::Image> unopened_images(const Json& list) {
@@ -45,6 +59,9 @@ tinygltf::Model open_gltf(Json document, ProblemList& problems) {
     tinygltf::Model model;
     const Json& schema = contract()["components"]["schemas"]["Gltf"];
     Json structure = project_schema(contract(), schema, document, problems);
+    if (!problems.empty()) return model;
+    bound(structure.value("meshes", Json::array()), "primitives", "/meshes", problems);
+    bound(structure.value("animations", Json::array()), "channels", "/animations", problems);
     if (!problems.empty()) return model;
     document = nullptr;
     const Json images = take(structure, "images"), buffers = take(structure, "buffers");

@@ -12,6 +12,9 @@ std::optional<std::string> data_uri_bytes(const std::string& uri) {
     std::vector<unsigned char> bytes;
     std::string media_type;
     if (!tinygltf::DecodeDataURI(&bytes, media_type, uri, 0, false)) return std::nullopt;
+    // The library stops at what is no base64 and says nothing.
+    const std::size_t digits = uri.find_last_not_of('=') - uri.find(',');
+    if (bytes.size() != digits * 3 / 4) return std::nullopt;
     return std::string(bytes.begin(), bytes.end());
 }
 
@@ -34,7 +37,11 @@ std::optional<std::size_t> index_among(int index, std::size_t count, const char*
 
 GltfTextures::GltfTextures(const tinygltf::Model& model, std::string_view binary,
                            ProblemList& problems)
-    : model_(model), binary_(binary), problems_(problems), texels_left_(kSceneTexelsMax) {}
+    : model_(model),
+      binary_(binary),
+      problems_(problems),
+      texels_left_(kSceneTexelsMax),
+      bytes_left_(kSceneImageBytesMax) {}
 
 TextureLook GltfTextures::look(int index, const std::string& pointer) {
     if (index < 0) return {};
@@ -42,9 +49,11 @@ TextureLook GltfTextures::look(int index, const std::string& pointer) {
     const auto texture = index_among(index, model_.textures.size(), "textures", pointer, problems_);
     if (!texture) return result;
     const int source = model_.textures[*texture].source;
-    if (source < 0) {
+    const bool other = !model_.textures[*texture].extensions.empty();
+    if (source < 0 || other) {
         result.why_not = "texture " + std::to_string(*texture) +
-                         " names no PNG or JPEG that every program reads";
+                         (other ? " has an image in another format, which may differ"
+                                : " names no PNG or JPEG that every program reads");
         return result;
     }
     const auto image = index_among(source, model_.images.size(), "images",
@@ -65,15 +74,31 @@ ImageLook GltfTextures::look_at(std::size_t index) {
             return {{}, "(" + in_quotes(image.uri) + ") is not in the document"};
         const auto bytes = data_uri_bytes(image.uri);
         if (!bytes) return {{}, std::string("is ") + kBadDataUri};
-        return look_at_image(*bytes, texels_left_);
+        return look_at_bytes(*bytes);
     }
     if (image.bufferView < 0) return {{}, "is neither a URI nor a part of a buffer"};
     std::string why;
     if (const auto view = index_among(image.bufferView, model_.bufferViews.size(), "bufferViews",
                                       place("/images", index) + "/bufferView", problems_)) {
-        if (const auto bytes = view_bytes(*view, why)) return look_at_image(*bytes, texels_left_);
+        if (const auto bytes = view_bytes(*view, why)) return look_at_view(*bytes);
     }
     return {{}, why};
+}
+
+/// Images may share their bytes.
+ImageLook GltfTextures::look_at_view(std::string_view bytes) {
+    const auto known = views_.find({bytes.data(), bytes.size()});
+    if (known != views_.end()) return known->second;
+    return views_[{bytes.data(), bytes.size()}] = look_at_bytes(bytes);
+}
+
+ImageLook GltfTextures::look_at_bytes(std::string_view bytes) {
+    if (bytes.size() > bytes_left_)
+        return {{},
+                "comes after " + std::to_string(kSceneImageBytesMax) +
+                    " bytes of images, beyond which none of a scene is looked into"};
+    bytes_left_ -= bytes.size();
+    return look_at_image(bytes, texels_left_);
 }
 
 std::optional<std::string_view> GltfTextures::view_bytes(std::size_t index, std::string& why) {
@@ -101,10 +126,9 @@ std::optional<std::string_view> GltfTextures::buffer_bytes(std::size_t index, st
         why = "lies in a buffer without data";
         return std::nullopt;
     }
-    const auto known = decoded_.find(index);
-    if (known != decoded_.end()) return known->second;
-    if (auto bytes = data_uri_bytes(uri))
-        return decoded_.emplace(index, std::move(*bytes)).first->second;
+    auto known = decoded_.find(index);
+    if (known == decoded_.end()) known = decoded_.emplace(index, data_uri_bytes(uri)).first;
+    if (known->second) return *known->second;
     why = uri.starts_with("data:") ? std::string("lies in ") + kBadDataUri
                                    : "lies in " + in_quotes(uri) + ", not in the document";
     return std::nullopt;

@@ -55,7 +55,7 @@ void add_texts(std::vector<HostileScene>& all) {
     malformed("extras nested deep",
               scene_of(R"({"extras":)" + std::string(40, '[') + std::string(40, ']') + "}"),
               ("/materials/0/extras" + deep.substr(0, 2 * 29)).c_str());
-    malformed("a million values", "[" + many("0,", 1000000) + "0]", "/499999");
+    malformed("two million values", "[" + many("0,", 2000000) + "0]", "/1499999");
     malformed("more bytes than a scene has", std::string((32u << 20) + 1, ' '));
     malformed("an XML document", "<?xml version=\"1.0\"?><COLLADA/>");
     malformed("a PNG", png_of(1, 1, {0, 0, 0, 0}));
@@ -248,6 +248,11 @@ void add_images(std::vector<HostileScene>& all) {
     unread("an image of nothing", data(""));
     unread("an image of a GIF", data("GIF89a..."));
     const std::string png = png_of(2, 2, std::vector<unsigned char>(16, 128));
+    unread("base64 with a line's end within",
+           textured(R"({"uri":"data:image/png;base64,)" + base64(png).insert(8, "\\n") + "\"}"));
+    unread("a buffer whose base64 ends early",
+           view(R"("buffer":0,"byteLength":4)",
+                R"({"byteLength":4,"uri":"data:application/octet-stream;base64,AA#AAA=="})"));
     unread("a PNG cut short", data(png.substr(0, png.size() - 30)));
     std::string huge = png;
     huge.replace(16, 8, std::string("\x7F\xFF\xFF\xFF\x7F\xFF\xFF\xFF", 8));

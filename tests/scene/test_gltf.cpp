@@ -170,6 +170,53 @@ TEST(Gltf, EachTextureIsReadFromItsOwnChannel) {
               "dielectric diffuse");
 }
 
+// 70 x 2^20 texels are more than one scene has looked into, one time 2^20 are not.
+TEST(Gltf, ImagesOfTheSameBytesAreLookedIntoOnce) {
+    const std::string png =
+        test::png_of(1024, 1024, std::vector<unsigned char>(std::size_t{4} << 20U, 51));
+    std::string materials, primitives, textures, images;
+    for (int i = 0; i < 70; ++i) {
+        const std::string comma = i ? "," : "", index = std::to_string(i);
+        materials += comma + R"({"pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":)" +
+                     index + "}}}";
+        primitives += comma + R"({"material":)" + index + "}";
+        textures += comma + R"({"source":)" + index + "}";
+        images += comma + R"({"bufferView":0})";
+    }
+    const SceneUse use =
+        read_scene(test::glb_of(R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[)" +
+                                    primitives + R"(]}],"materials":[)" + materials +
+                                    R"(],"textures":[)" + textures + R"(],"images":[)" + images +
+                                    R"(],"bufferViews":[{"buffer":0,"byteLength":)" +
+                                    std::to_string(png.size()) + R"(}],"buffers":[{"byteLength":)" +
+                                    std::to_string(png.size()) + "}]}",
+                                png),
+                   {});
+    ASSERT_EQ(use.materials.size(), 70u);
+    for (const MaterialUse& material : use.materials)
+        EXPECT_EQ(material.roughness, (Range{0.2, 0.2, Origin::texels}));
+}
+
+TEST(Gltf, AnImageInAnotherFormatMayBeAnyValue) {
+    const std::string scene =
+        packed(R"({"pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0}}})",
+               {image({9, 51, 0, 255}, {7, 102, 0, 255})});
+    EXPECT_EQ(only(scene).roughness.origin, Origin::texels);
+    std::string both = scene;
+    const std::string source = R"({"source":0})";
+    both.replace(both.find(source), source.size(),
+                 R"({"source":0,"extensions":{"EXT_texture_webp":{}}})");
+    both = test::glb_of(both.substr(20, both.find(std::string("BIN\0", 4)) - 24),
+                        image({9, 51, 0, 255}, {7, 102, 0, 255}));
+    EXPECT_EQ(only(both).roughness, (Range{0, 1, Origin::texture}));
+}
+
+TEST(Gltf, ASceneIsFoundByIndexBeforeName) {
+    const std::string text = R"({"asset":{"version":"2.0"},"scenes":[{"name":"1"},{"name":"b"}]})";
+    EXPECT_EQ(read_scene(text, {.scene = "1", .variant = ""}).scene, 1u);
+    EXPECT_EQ(read_scene(text, {.scene = "b", .variant = ""}).scene, 1u);
+}
+
 TEST(Gltf, AnImageElsewhereIsEveryValueAndSaysSo) {
     const MaterialUse use =
         only(scene_of(R"({"pbrMetallicRoughness":{"roughnessFactor":0.5,
@@ -291,6 +338,7 @@ TEST(Gltf, MaterialExtensionsThatAreNotKnownAreWarnedOf) {
     };
     EXPECT_EQ(warnings(R"("extensionsUsed":["KHR_materials_sheen","EXT_weather"],)"), 0u);
     EXPECT_EQ(warnings(R"("extensionsUsed":["XYZ_materials_fur"],)"), 1u);
+    EXPECT_EQ(warnings(R"("extensionsUsed":["MSFT_lod"],)"), 1u);
     EXPECT_EQ(warnings(R"("extensionsUsed":["XYZ_materials_fur"],)"
                        R"("extensionsRequired":["XYZ_materials_fur","EXT_weather"],)"),
               2u);

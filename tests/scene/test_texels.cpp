@@ -59,6 +59,37 @@ TEST(Texels, WhatIsNotReadIsSaid) {
     EXPECT_NE(refuse_size(4097, 4096, left).find("at most"), std::string::npos);
 }
 
+std::string big_endian(std::uint32_t word) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(word >> shift & 0xFF);
+    return bytes;
+}
+
+/// PNG specification, annex D.
+std::string chunk(const std::string& type, const std::string& data) {
+    std::uint32_t crc = 0xFFFFFFFF;
+    for (const char c : type + data) {
+        crc ^= static_cast<unsigned char>(c);
+        for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? 0xEDB88320U ^ crc >> 1 : crc >> 1;
+    }
+    return big_endian(static_cast<std::uint32_t>(data.size())) + type + data + big_endian(~crc);
+}
+
+// What is compressed behind the last row may inflate to a thousand times its size: here it is no
+// deflate at all (RFC 1951: block type 3), which only who inflates it finds out.
+TEST(Texels, WhatStandsBehindTheLastRowIsNotInflated) {
+    const std::string stored("\x78\x01\x00\x05\x00\xFA\xFF\x00\x33\x66\x99\xCC", 12);
+    const std::string png =
+        "\x89PNG\r\n\x1A\n" +
+        chunk("IHDR", big_endian(1) + big_endian(1) + std::string("\x08\x06\x00\x00\x00", 5)) +
+        chunk("IDAT", stored + stored.substr(2) + std::string(100, '\x07')) + chunk("IEND", "");
+    std::uint64_t left = plenty();
+    const ImageLook look = look_at_image(png, left);
+    ASSERT_TRUE(look.texels) << look.why_not;
+    EXPECT_DOUBLE_EQ(look.texels->lo[1], 0.4);
+    EXPECT_DOUBLE_EQ(look.texels->hi[3], 0.8);
+}
+
 TEST(Texels, SrgbIsUndone) {
     EXPECT_EQ(linear_from_srgb(0), 0);
     EXPECT_DOUBLE_EQ(linear_from_srgb(1), 1);
