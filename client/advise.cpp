@@ -81,7 +81,7 @@ Exit advise(const AdviseOptions& options) {
     control.cancelled = [&stop] { return stop.requested(); };
     std::vector<Candidate> candidates;
     try {
-        candidates = kiln::advise(job, options.max_error, *native, pool, control);
+        candidates = kiln::advise(job, options.max_error, *native, control);
     } catch (const Cancelled&) {
         stop.leave();
     }

@@ -70,9 +70,9 @@ JobSpec sized(const JobSpec& job, const Axes& axes, std::int64_t size) {
 
 class Search {
   public:
-    Search(const JobSpec& job, double max_error, Backend& native, ThreadPool& pool,
+    Search(const JobSpec& job, double max_error, Backend& native,
            const Control& control)
-        : job_(job), max_error_(max_error), native_(native), pool_(pool), control_(control) {}
+        : job_(job), max_error_(max_error), native_(native), control_(control) {}
 
     std::vector<Candidate> run() {
         for (const Axes& axes : axes_to_try(job_)) add_smallest(axes);
@@ -117,7 +117,7 @@ class Search {
     double reconstruction_of(const JobSpec& job, double& most) const {
         const double tolerance = std::clamp(kShareOfBound * max_error_, kFinest, kCoarsest);
         const Lattice lattice(job);
-        const Table exact = exact_table(lattice.job(), tolerance, native_, pool_, control_);
+        const Table exact = exact_table(lattice.job(), tolerance, native_, control_);
         double worst = 0;
         for (const std::vector<float>& plane : exact.planes) {
             worst = std::max(worst, lattice.reconstruction_max(plane));
@@ -130,7 +130,6 @@ class Search {
     const JobSpec& job_;
     const double max_error_;
     Backend& native_;
-    ThreadPool& pool_;
     const Control& control_;
     std::vector<Candidate> found_;
     std::uint64_t smallest_ = std::uint64_t{1} << 60;
@@ -155,8 +154,8 @@ double quantisation_bound(PixelType pixel, double most) {
 }
 
 std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
-                              ThreadPool& pool, const Control& control) {
-    return Search(job, max_error, native, pool, control).run();
+                              const Control& control) {
+    return Search(job, max_error, native, control).run();
 }
 
 }  // namespace kiln

@@ -5,7 +5,6 @@
 
 #include "server/compute/backend.h"
 #include "server/compute/engine.h"
-#include "server/compute/thread_pool.h"
 
 namespace kiln {
 
@@ -26,7 +25,7 @@ inline constexpr std::int64_t kAdvisedSizes[] = {8,   16,  24,  32,  48,   64,  
 /// `max_error`; smallest in bytes first. Empty where none does up to 4096. Every quantity of the
 /// job needs quadrature (quadrature_lacks in server/spec/channels.h). Throws Cancelled.
 std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
-                              ThreadPool& pool, const Control& control);
+                              const Control& control);
 
 /// The largest error of a pixel type for values up to `most`.
 double quantisation_bound(PixelType pixel, double most);

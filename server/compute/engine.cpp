@@ -138,14 +138,14 @@ void Engine::warm_up() {
 
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
     const Plan plan = make_plan(
-        job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
+        job, [&] { return average_deficits(job, *state_->native, control); });
     const Request request{job, plan, control, standard_error_planes};
     Outcome outcome;
     const Place place =
         run_on(job.device, State::kernels_of(job, plan), control,
                [&](Backend& backend) { outcome = state_->run_on(backend, request); });
     outcome.report.device = place.device;
-    hold_against_quadrature(job, outcome, *state_->native, state_->pool, control);
+    hold_against_quadrature(job, outcome, *state_->native, control);
     auto& left_out = outcome.report.left_out;
     left_out.insert(left_out.begin(), plan.left_out.begin(), plan.left_out.end());
     outcome.report.run_time_s.compile = place.compile_s;

@@ -60,9 +60,8 @@ struct Differences {
 
 class Check {
   public:
-    Check(const JobSpec& job, Outcome& outcome, Backend& native, ThreadPool& pool,
-          const Control& control)
-        : job_(job), outcome_(outcome), native_(native), pool_(pool) {
+    Check(const JobSpec& job, Outcome& outcome, Backend& native, const Control& control)
+        : job_(job), outcome_(outcome), native_(native) {
         control_.cancelled = control.cancelled;
         control_.progress = [&control](const Progress&) { control.progress({1, {}}); };
         served_ = job;
@@ -96,23 +95,27 @@ class Check {
 
   private:
     Table at(const JobSpec& job) const {
-        return exact_table(job, tolerance_, native_, pool_, control_);
+        return exact_table(job, tolerance_, native_, control_);
     }
 
-    QuadratureKind dearest_kind() const {
-        QuadratureKind kind;
-        kind.fresnel = kSchlickWeight;
-        const auto& asked = served_.quantities;
-        if (std::any_of(asked.begin(), asked.end(), reads_diffuse)) kind.diffuse = 0;
-        return kind;
+    /// Of one place and channel, by the dearest of the rules that the job needs.
+    std::uint64_t nodes_a_place() const {
+        const Plan plan = make_plan(served_, [] { return Averages{}; });
+        std::uint64_t most = 0;
+        for (const KernelKind& kernel : quadrature_kernels(served_, plan)) {
+            const auto& kind = std::get<QuadratureKind>(kernel);
+            const std::size_t start = quadrature_start(kind, tolerance_);
+            std::uint64_t nodes = 0;
+            for (const std::size_t step : {start, start + 1})
+                nodes += quadrature_evaluations(kind, kQuadratureSteps[step].order);
+            most = std::max(most, nodes);
+        }
+        return most;
     }
 
     /// Whether quadrature at so many places costs little beside what made the table.
     bool is_affordable(std::uint64_t places) const {
-        const std::size_t start = quadrature_start(tolerance_);
-        std::uint64_t nodes = 0;
-        for (const std::size_t step : {start, start + 1})
-            nodes += quadrature_evaluations(dearest_kind(), kQuadratureSteps[step].order);
+        std::uint64_t nodes = nodes_a_place();
         const std::vector<Channel> channels = channels_of(served_);
         if (std::any_of(channels.begin(), channels.end(),
                         [](const Channel& channel) { return channel.colour != 0; }))
@@ -167,7 +170,6 @@ class Check {
     const JobSpec& job_;
     Outcome& outcome_;
     Backend& native_;
-    ThreadPool& pool_;
     Control control_;
     JobSpec served_;
     double tolerance_ = 0;
@@ -175,7 +177,7 @@ class Check {
 
 }  // namespace
 
-Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadPool& pool,
+Table exact_table(const JobSpec& job, double tolerance, Backend& native,
                   const Control& control) {
     for (const Quantity quantity : job.quantities)
         if (const auto lack = quadrature_lacks(job, quantity))
@@ -183,15 +185,15 @@ Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadP
     JobSpec exact = job;
     exact.integrator = Integrator::quadrature;
     const Plan plan =
-        make_plan(exact, [&] { return average_deficits(exact, native, pool, control); });
+        make_plan(exact, [&] { return average_deficits(exact, native, control); });
     return std::move(integrate_by_quadrature(exact, plan, native, tolerance, control).table);
 }
 
 void hold_against_quadrature(const JobSpec& job, Outcome& outcome, Backend& native,
-                             ThreadPool& pool, const Control& control) {
+                             const Control& control) {
     const auto start = std::chrono::steady_clock::now();
     try {
-        Check(job, outcome, native, pool, control).run();
+        Check(job, outcome, native, control).run();
     } catch (const Cancelled&) {
         throw;
     } catch (const Error& error) {  // the table stands, what is said of it does not

@@ -2,7 +2,6 @@
 #pragma once
 #include "server/compute/backend.h"
 #include "server/compute/engine.h"
-#include "server/compute/thread_pool.h"
 
 namespace kiln {
 
@@ -12,12 +11,12 @@ namespace kiln {
 /// reconstruction_max from the table. Takes all texels where that costs a tenth of the sampling or
 /// the table is small, else a lattice of some thousand. Throws Cancelled.
 void hold_against_quadrature(const JobSpec& job, Outcome& outcome, Backend& native,
-                             ThreadPool& pool, const Control& control);
+                             const Control& control);
 
 /// Exact values of the job's table by quadrature, every quantity of which has one (quadrature_lacks
 /// in server/spec/channels.h), within `tolerance`. Throws Cancelled, Error("no_quadrature"), or
 /// what the backend throws.
-Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadPool& pool,
+Table exact_table(const JobSpec& job, double tolerance, Backend& native,
                   const Control& control);
 
 }  // namespace kiln

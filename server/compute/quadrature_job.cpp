@@ -64,7 +64,7 @@ std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass)
             const std::size_t term = first + colour;
             if (!(material.terms >> term & 1)) continue;
             const int fresnel = first == kTransmitted ? material.fresnel : kNoFresnel;
-            list.push_back({{Masking::smith_correlated, fresnel, precision, material.diffuse},
+            list.push_back({{DiffuseRule{material.diffuse, fresnel}, precision},
                             term,
                             parameters_of(pass, colour)});
         }
@@ -75,10 +75,11 @@ std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass)
 std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     const KernelMaterial& material = pass.what.material;
     if (std::vector<Integral> matte = diffuse_integrals_of(job, pass); !matte.empty()) return matte;
-    if (material.averaged) return {{quadrature_average_kind(job.masking), kWeight, {}}};
+    if (material.averaged) return {{quadrature_average_kind(material), kWeight, {}}};
     std::vector<Integral> list;
     const auto add = [&](std::size_t term, int fresnel, const QuadratureParameters& parameters) {
-        list.push_back({{job.masking, fresnel, job.precision, kSpecular}, term, parameters});
+        list.push_back(
+            {quadrature_kind(material, fresnel, parameters, job.precision), term, parameters});
     };
     if (material.terms & 1 << kSchlick) {
         const double exponent = pass.parameters[kExponentParameter];
@@ -253,7 +254,8 @@ class Quadrature {
         const bool single = job_.precision == Precision::float32;
         const double least = single ? kQuadratureFloatRounding / 2 : 0;
         QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
-        if (pass.what.material.terms & 1 << kDeficit)
+        const bool asked = pass.what.material.terms & 1 << kDeficit;
+        if (asked && integrates_deficit(quadrature_average_kind(pass.what.material)))
             tolerance.deficit_relative = std::max(kDeficitTolerance, tolerance_);
         return tolerance;
     }
@@ -287,7 +289,7 @@ class Quadrature {
             const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
             for (std::size_t i = 0; i < count; ++i)
                 means.error[i] = std::max(means.error[i], errors[i]);
-            if (integral.kind.diffuse != kSpecular) {
+            if (is_diffuse(integral.kind)) {
                 means.of[integral.term] = std::move(found.E);
                 continue;
             }
@@ -304,7 +306,7 @@ class Quadrature {
         for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
         Means means;
         for (const Integral& integral : integrals_of(job_, pass)) {
-            const bool matte = integral.kind.diffuse != kSpecular;
+            const bool matte = is_diffuse(integral.kind);
             // A float holds no more of an albedo; of the deficit it does.
             const bool coarse = matte && job_.precision == Precision::float32;
             const double tolerance = coarse ? std::max(tolerance_, kFloatAverage) : tolerance_;

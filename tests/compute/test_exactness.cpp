@@ -213,7 +213,7 @@ TEST(Advice, HoldsWhenItIsTaken) {
     const JobSpec job =
         parse_job(R"({"quantities":["directional_albedo"],"resolution":[256,256]})");
     constexpr double kBound = 4e-3;
-    const auto candidates = advise(job, kBound, *native, pool, Control{});
+    const auto candidates = advise(job, kBound, *native, Control{});
     ASSERT_FALSE(candidates.empty());
     const Candidate& best = candidates[0];
     for (const Candidate& candidate : candidates) {
@@ -246,19 +246,19 @@ TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
     const auto native = make_native_backend(pool, usable_instruction_sets().front());
     const JobSpec job = parse_job(R"({"quantities":["average_albedo"],"resolution":[64],)"
                                   R"("output":{"format":"png","pixel":"uint16"}})");
-    for (const Candidate& candidate : advise(job, 1e-3, *native, pool, Control{}))
+    for (const Candidate& candidate : advise(job, 1e-3, *native, Control{}))
         EXPECT_EQ(candidate.job.pixel, PixelType::uint16);  // 8 bits are off by 2e-3 alone
     const JobSpec unreal =
         parse_job(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[64,64],)"
                   R"("layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
-    for (const Candidate& candidate : advise(unreal, 0.2, *native, pool, Control{}))
+    for (const Candidate& candidate : advise(unreal, 0.2, *native, Control{}))
         EXPECT_EQ(candidate.job.axes, unreal.axes);
     JobSpec beckmann = job;
     beckmann.distribution = Distribution::beckmann;
-    EXPECT_THROW(advise(beckmann, 0.1, *native, pool, Control{}), Error);
+    EXPECT_THROW(advise(beckmann, 0.1, *native, Control{}), Error);
     JobSpec coarse = unreal;
     coarse.format = ImageFormat::png;
-    EXPECT_TRUE(advise(coarse, 5e-6, *native, pool, Control{}).empty());
+    EXPECT_TRUE(advise(coarse, 5e-6, *native, Control{}).empty());
 }
 
 }  // namespace
