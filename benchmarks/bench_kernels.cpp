@@ -76,8 +76,8 @@ void run(benchmark::State& state, Backend& backend, const QuadratureKind& what) 
     const std::vector<Scalar> parameters(numbers.begin(), numbers.end());
     std::vector<Scalar> values(quadrature_planes(what) * kStride);
     for (auto _ : state) {
-        backend.run(QuadratureLaunch<Scalar>{what, kStride, texels, nodes, parameters, kOrder,
-                                             values});
+        backend.run(
+            QuadratureLaunch<Scalar>{what, kStride, texels, nodes, parameters, kOrder, values});
         benchmark::DoNotOptimize(values.data());
     }
     state.counters["nodes/s"] =

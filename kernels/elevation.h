@@ -99,38 +99,49 @@ KILN_FUNCTION void make_cuts(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
     add_cut(cuts, eye.po, zero, eye.rest, pole, peak);
     add_cut(cuts, one, eye.rest, zero, cloth ? lanes(K(1e-5)) : one, peak);
     if (cloth) {  // NoL = 1/2, e = 30°, where its two fits meet: p = 2 − √3
-        const real half = lanes(K(0.26794919243112270647)), rest = lanes(K(0.73205080756887729353));
-        add_cut(cuts, half, half - eye.po, rest, one, peak);
+        const real middle = lanes(K(0.26794919243112270647)),
+                   rest = lanes(K(0.73205080756887729353));
+        add_cut(cuts, middle, middle - eye.po, rest, one, peak);
     }
     if (what.total) add_cone(cuts, p, eye, peak);
     sort_cuts(cuts);
 }
 
-// A piece from a cut half the way to its neighbour, `side` 1 up or −1 down: x = scale (v⁻⁸ − 1).
+// A piece from a cut half the way to its neighbour, `side` 1 up or −1 down: x = scale (v⁻⁸ − 1),
+// v = 1 − slope u, as in ray.h. Slope and x are had from 1 − w⁸ = (1 − w)(1 + w)(1 + w²)(1 + w⁴),
+// not by subtraction: an error of the slope is one of all weights.
 typedef struct {
     Cut from;
     scalar side;
-    Grading grading;
+    real scale, slope;
 } Piece;
 
 KILN_FUNCTION Piece piece_at(Cut from, Cut to, const scalar side) {
-    const real length = K(0.5) * side * (to.gap - from.gap);
-    const Piece piece = {from, side,
-                         graded_eighth(lane_max(length, lanes(K(0.0))), from.width)};
+    const real one = lanes(K(1.0)), zero = lanes(K(0.0));
+    const real length = lane_max(K(0.5) * side * (to.gap - from.gap), zero);
+    const real scale = lane_min(from.width, K(0.5) * length);
+    const real divisor = lane_select(scale > zero, scale, one);
+    const real ratio = length / divisor, w4 = one / lane_sqrt(one + ratio);
+    const real w2 = lane_sqrt(w4), w = lane_sqrt(w2);
+    const real slope = ratio / ((one + ratio) * ((one + w) * ((one + w2) * (one + w4))));
+    // Eight times what the slope rounds by: the scale takes it back, so that u = 1 is the length.
+    const real v = one - slope, lost = (one - v) - slope, v2 = v * v, v4 = v2 * v2;
+    const real v8 = (v4 * v4) * (one + K(8.0) * lost / v);
+    const real span = slope * ((one + v) * ((one + v2) * (one + v4)));
+    const Piece piece = {from, side, length * v8 / lane_select(span > zero, span, one), slope};
     return piece;
 }
 
 // The light at a node of it; `gap` is its p − po, `step` is dNoL / du.
 KILN_FUNCTION Ray piece_ray(Eye eye, Piece piece, const scalar node, real* gap, real* step) {
-    const Grading g = piece.grading;
-    const real v = lane_fma(g.slope, lanes(node), lanes(K(1.0)));
-    const real r = K(1.0) / v, r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
-    const real x = piece.side * lane_fma(g.scale, r8, -g.scale);
-    const real zero = lanes(K(0.0));
+    const real zero = lanes(K(0.0)), one = lanes(K(1.0));
+    const real t = piece.slope * node, v = one - t, v2 = v * v, v4 = v2 * v2;
+    const real r = one / v, r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
+    const real x = piece.side * piece.scale * (t * ((one + v) * ((one + v2) * (one + v4)))) * r8;
     *gap = piece.from.gap + x;
     const Ray ray = quadrature_ray(eye, lane_max(piece.from.p + x, zero), *gap,
                                    lane_max(piece.from.below - x, zero));
-    // dx = −8 scale slope v⁻⁹ du
-    *step = K(-8.0) * (g.scale * g.slope) * (r8 * r) * ray.jacobian;
+    // dx = 8 scale slope v⁻⁹ du
+    *step = K(8.0) * (piece.scale * piece.slope) * (r8 * r) * ray.jacobian;
     return ray;
 }

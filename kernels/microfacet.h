@@ -106,8 +106,7 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
     }
     if (masking == KILN_NEUBELT)  // Neubelt, Pettineo 2013
         return K(0.25) / lane_fma(-NoL, NoV, NoL + NoV);
-    if (is_charlie_masking(masking))
-        return charlie_visibility(masking, alpha, NoV, NoL);
+    if (is_charlie_masking(masking)) return charlie_visibility(masking, alpha, NoV, NoL);
     const real view = smith_reach(distribution, alpha, NoV, s.sinV);
     const real light = smith_reach(distribution, alpha, NoL, s.sinL);
     if (masking == KILN_SMITH_SEPARABLE) return K(0.25) / (view * light);

@@ -49,21 +49,23 @@ KILN_CALLED Circle lobe_circle(const Lobe what, KILN_GLOBAL const scalar* p, Eye
     const real width =
         K(0.5) * lane_sqrt(azimuth_width2(what, p, eye, ray, hz2, apart2, start, inner));
     const real scale = lane_select(width > zero, lane_min(width, lanes(K(0.5))), lanes(K(0.5)));
-    const real slope = one / lane_sqrt(lane_sqrt(one + one / scale)) - one;
+    // v = 1 − slope u, as elevation.h has it, to the fourth power.
+    const real w2 = lane_sqrt(scale / (one + scale)), w = lane_sqrt(w2);
+    const real slope = one / ((one + scale) * ((one + w) * (one + w2)));
     const real rest = one - start, root_rest = lane_sqrt(rest);
     Circle sum = {zero, zero};
     for (unsigned int i = 0; i < count; ++i) {
-        const real v = lane_fma(slope, lanes(nodes[2 * i]), one);
+        const real t = slope * nodes[2 * i], v = one - t;
         const real v2 = v * v, v4 = v2 * v2;
-        const real n = lane_fma(-scale, v4, scale);
+        const real n = scale * (t * ((one + v) * (one + v2)));
         const real H = one / lane_fma(v4, v4, n * n);
         const real sine = K(2.0) * n * v4 * H;
         const real s = lane_fma(rest, sine * sine, start);
         const real bend = root_rest * sine / lane_sqrt(lane_select(s > zero, s, one));
         const real hxy2 = lane_fma(ray.sines, s, apart2), y = lane_fma(ray.sines, s, sum2);
         const real inverse = one / lane_select(y > zero, y, one);
-        const real D = microfacet_D(what.distribution, eye.alpha, lane_sqrt(hz2 * inverse),
-                                    hxy2 * inverse);
+        const real D =
+            microfacet_D(what.distribution, eye.alpha, lane_sqrt(hz2 * inverse), hxy2 * inverse);
         const real part =
             nodes[2 * i + 1] * (v2 * v * H) * D * lane_select(start > zero, bend, one);
         sum.one += part;
@@ -71,7 +73,7 @@ KILN_CALLED Circle lobe_circle(const Lobe what, KILN_GLOBAL const scalar* p, Eye
         const real F = quadrature_fresnel(what.fresnel, p, lane_sqrt(y * ray.unit));
         sum.fresnel = lane_fma(part, inner ? one - F : F, sum.fresnel);
     }
-    const real step = K(-16.0) / KILN_PI * (scale * slope);
+    const real step = K(16.0) / KILN_PI * (scale * slope);
     sum.one *= step;
     sum.fresnel *= step;
     return sum;
@@ -99,7 +101,7 @@ KILN_FUNCTION LobePart lobe_node(const Lobe what, KILN_GLOBAL const scalar* p, E
                                  const unsigned int count) {
     const int closed = what.distribution == KILN_GGX;
     Circle ring = {lanes(K(0.0)), lanes(K(0.0))};
-    if (!closed || (what.fresnel != KILN_FRESNEL_NONE && !what.total))
+    if (!closed || what.fresnel != KILN_FRESNEL_NONE)
         ring = lobe_circle(what, p, eye, ray, gap, 0, nodes, count);
     if (what.total) ring.fresnel = lobe_circle(what, p, eye, ray, gap, 1, nodes, count).fresnel;
     real mean = ring.one;
@@ -107,8 +109,7 @@ KILN_FUNCTION LobePart lobe_node(const Lobe what, KILN_GLOBAL const scalar* p, E
     // Where pieces have no length, at the horizon, no masking has a value, nor is one needed.
     s.NoL = lane_select(ray.cosine > K(0.0), ray.cosine, lanes(K(1.0)));
     s.sinL = ray.sine;
-    const real lit =
-        s.NoL * microfacet_visibility(what.distribution, what.masking, eye.alpha, s);
+    const real lit = s.NoL * microfacet_visibility(what.distribution, what.masking, eye.alpha, s);
     LobePart part = {mean * lit, ring.one * lit, ring.fresnel * lit, lanes(K(0.0))};
     if (what.masking <= KILN_SMITH_SEPARABLE) part.deficit = mean * smith_missing(what, eye, s);
     return part;
@@ -158,21 +159,26 @@ KILN_FUNCTION Albedo quadrature_lobe(const Lobe what, KILN_GLOBAL const scalar* 
     Cuts cuts;
     make_cuts(what, p, eye, &cuts);
     LobePart all = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
-    for (int half = 0; half < 2 * (cuts.count - 1); ++half) {
-        const int low = half / 2, up = half & 1;
+    for (int nth = 0; nth < 2 * (cuts.count - 1); ++nth) {
+        const int low = nth / 2, up = nth & 1;
         const Piece piece = up ? piece_at(cuts.cut[low + 1], cuts.cut[low], K(-1.0))
                                : piece_at(cuts.cut[low], cuts.cut[low + 1], K(1.0));
+        // A sum of its own: rounding grows with the terms of a sum.
+        LobePart sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
         for (unsigned int i = 0; i < order; ++i) {
             real gap, step;
             const Ray ray = piece_ray(eye, piece, nodes[2 * i], &gap, &step);
-            const LobePart part =
-                lobe_node(what, p, eye, s, ray, gap, nodes + 2 * order, azimuths);
+            const LobePart part = lobe_node(what, p, eye, s, ray, gap, nodes + 2 * order, azimuths);
             const real weight = nodes[2 * i + 1] * step;
-            all.smooth = lane_fma(weight, part.smooth, all.smooth);
-            all.E = lane_fma(weight, part.E, all.E);
-            all.B = lane_fma(weight, part.B, all.B);
-            all.deficit = lane_fma(weight, part.deficit, all.deficit);
+            sum.smooth = lane_fma(weight, part.smooth, sum.smooth);
+            sum.E = lane_fma(weight, part.E, sum.E);
+            sum.B = lane_fma(weight, part.B, sum.B);
+            sum.deficit = lane_fma(weight, part.deficit, sum.deficit);
         }
+        all.smooth += sum.smooth;
+        all.E += sum.E;
+        all.B += sum.B;
+        all.deficit += sum.deficit;
     }
     const scalar turn = K(2.0) * KILN_PI;
     const real mirror = mirror_albedo(what, alpha, s);
@@ -189,8 +195,8 @@ KILN_FUNCTION Albedo quadrature_lobe(const Lobe what, KILN_GLOBAL const scalar* 
     if (what.fresnel == KILN_FRESNEL_NONE) return result;
     // What E is off by as a sum of the azimuth's rule, B is off by too.
     const real divisor = lane_select(all.E > K(0.0), all.E, lanes(K(1.0)));
-    const real B = what.total ? result.E - turn * all.B : result.E * (all.B / divisor);
-    result.B = lane_select(alpha > K(0.0), B,
-                           mirror * quadrature_fresnel(what.fresnel, p, NoV));
+    const real share = all.B / divisor;
+    const real B = result.E * (what.total ? K(1.0) - share : share);
+    result.B = lane_select(alpha > K(0.0), B, mirror * quadrature_fresnel(what.fresnel, p, NoV));
     return result;
 }

@@ -70,8 +70,7 @@ JobSpec sized(const JobSpec& job, const Axes& axes, std::int64_t size) {
 
 class Search {
   public:
-    Search(const JobSpec& job, double max_error, Backend& native,
-           const Control& control)
+    Search(const JobSpec& job, double max_error, Backend& native, const Control& control)
         : job_(job), max_error_(max_error), native_(native), control_(control) {}
 
     std::vector<Candidate> run() {

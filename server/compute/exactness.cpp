@@ -94,9 +94,7 @@ class Check {
     }
 
   private:
-    Table at(const JobSpec& job) const {
-        return exact_table(job, tolerance_, native_, control_);
-    }
+    Table at(const JobSpec& job) const { return exact_table(job, tolerance_, native_, control_); }
 
     /// Of one place and channel, by the dearest of the rules that the job needs.
     std::uint64_t nodes_a_place() const {
@@ -177,15 +175,13 @@ class Check {
 
 }  // namespace
 
-Table exact_table(const JobSpec& job, double tolerance, Backend& native,
-                  const Control& control) {
+Table exact_table(const JobSpec& job, double tolerance, Backend& native, const Control& control) {
     for (const Quantity quantity : job.quantities)
         if (const auto lack = quadrature_lacks(job, quantity))
             throw Error("no_quadrature", "quadrature has no rule for " + *lack);
     JobSpec exact = job;
     exact.integrator = Integrator::quadrature;
-    const Plan plan =
-        make_plan(exact, [&] { return average_deficits(exact, native, control); });
+    const Plan plan = make_plan(exact, [&] { return average_deficits(exact, native, control); });
     return std::move(integrate_by_quadrature(exact, plan, native, tolerance, control).table);
 }
 

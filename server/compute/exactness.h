@@ -16,7 +16,6 @@ void hold_against_quadrature(const JobSpec& job, Outcome& outcome, Backend& nati
 /// Exact values of the job's table by quadrature, every quantity of which has one (quadrature_lacks
 /// in server/spec/channels.h), within `tolerance`. Throws Cancelled, Error("no_quadrature"), or
 /// what the backend throws.
-Table exact_table(const JobSpec& job, double tolerance, Backend& native,
-                  const Control& control);
+Table exact_table(const JobSpec& job, double tolerance, Backend& native, const Control& control);
 
 }  // namespace kiln

@@ -37,8 +37,12 @@ QuadratureNumbers numbers_of(const QuadratureKind& kind) {
         if constexpr (std::is_same_v<What, SmithRule>)
             return {Rule::smith, 0, static_cast<int>(rule.masking), rule.fresnel, 0, 0};
         else if constexpr (std::is_same_v<What, LobeRule>)
-            return {Rule::lobe,   rule.distribution, rule.masking,
-                    rule.fresnel, rule.total_reflection ? 1 : 0, 0};
+            return {Rule::lobe,
+                    rule.distribution,
+                    rule.masking,
+                    rule.fresnel,
+                    rule.total_reflection ? 1 : 0,
+                    0};
         else
             return {Rule::diffuse, 0, 0, rule.fresnel, 0, rule.diffuse};
     };
@@ -87,8 +91,8 @@ class NativeBackend : public Backend {
         each_group(launch.texel_stride, functions<Scalar>().lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.parameters.data(), what, launch.order.elevation,
-                      launch.order.azimuth, launch.texel_stride, launch.values.data() + first});
+                      launch.parameters.data(), what, launch.order.elevation, launch.order.azimuth,
+                      launch.texel_stride, launch.values.data() + first});
         });
     }
 

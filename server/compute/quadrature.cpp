@@ -57,7 +57,8 @@ class Raising {
           steps_(places.steps),
           tolerance_(tolerance) {
         if constexpr (sizeof(Scalar) == sizeof(float)) {
-            tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
+            tolerance_.absolute =
+                std::max(tolerance_.absolute, quadrature_float_rounding(kind) / 2);
             if (tolerance_.deficit_relative > 0)
                 tolerance_.deficit_relative =
                     std::max(tolerance_.deficit_relative, kQuadratureFloatRounding / 2);
@@ -141,14 +142,14 @@ class Raising {
         if (has_B()) difference = std::max(difference, std::abs(B - result_.B[place]));
         result_.error[place] = static_cast<float>(difference);
         const double change = std::abs(deficit - result_.deficit[place]);
-        result_.deficit_error[place] =
-            static_cast<float>(change > 0 ? change / std::max({deficit, change, kDeficitLeast}) : 0);
+        result_.deficit_error[place] = static_cast<float>(
+            change > 0 ? change / std::max({deficit, change, kDeficitLeast}) : 0);
     }
 
     bool has_B() const { return quadrature_planes(kind_) > 2; }
 
     bool agrees(std::size_t place) const {
-        return result_.error[place] <= tolerance_.absolute &&
+        return result_.error[place] <= tolerance_.absolute * std::max(1.0, result_.E[place]) &&
                (tolerance_.deficit_relative <= 0 ||
                 result_.deficit_error[place] <= tolerance_.deficit_relative);
     }
@@ -182,11 +183,17 @@ std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder
     // As make_cuts() of kernels/elevation.h has it: two pieces between two cuts.
     const bool ggx = lobe->distribution == static_cast<int>(Distribution::ggx);
     const bool charlie_masking = lobe->masking >= static_cast<int>(Masking::charlie);
-    const std::uint64_t cuts = 3U + (charlie_masking ? 1U : 0U) + (lobe->total_reflection ? 2U : 0U);
-    const std::uint64_t rings = (ggx && !(fresnel && !lobe->total_reflection) ? 0U : 1U) +
-                                (lobe->total_reflection ? 1U : 0U);
+    const std::uint64_t cuts =
+        3U + (charlie_masking ? 1U : 0U) + (lobe->total_reflection ? 2U : 0U);
+    const std::uint64_t rings = (ggx && !fresnel ? 0U : 1U) + (lobe->total_reflection ? 1U : 0U);
     return 2 * (cuts - 1) * n * std::max<std::uint64_t>(1, rings * m) +
            (integrates_deficit(kind) ? n * (ggx ? 1 : m) : 0);
+}
+
+double quadrature_float_rounding(const QuadratureKind& kind) {
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    const bool charlie = lobe && lobe->masking >= static_cast<int>(Masking::charlie);
+    return charlie ? 3 * kQuadratureFloatRounding : kQuadratureFloatRounding;
 }
 
 bool integrates_deficit(const QuadratureKind& kind) {
@@ -211,8 +218,7 @@ QuadratureKind quadrature_kind(const KernelMaterial& lobe, int fresnel,
     const bool total = fresnel == fresnel_function(dielectric) && parameters[0] < 0;
     const bool smith = lobe.distribution == static_cast<int>(Distribution::ggx) &&
                        lobe.masking <= static_cast<int>(Masking::smith_separable);
-    if (smith && !total)
-        return {SmithRule{static_cast<Masking>(lobe.masking), fresnel}, precision};
+    if (smith && !total) return {SmithRule{static_cast<Masking>(lobe.masking), fresnel}, precision};
     return {LobeRule{lobe.distribution, lobe.masking, fresnel, total}, precision};
 }
 

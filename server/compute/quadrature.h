@@ -38,9 +38,9 @@
 //   56      4e-12                 3e-10      9e-9               1e-8               1e-9
 //   80      1e-13                 2e-14      1e-10              1e-10              3e-10
 //
-// Diffuse lobes stay below the first table: at most 4e-2 at order 4, 2e-3 at 6, 1e-4 at 8, 7e-6 at 10,
-// 9e-7 at 12, 1e-7 at 14, 2e-8 at 16, 9e-10 at 20, 4e-11 at 28 (the last six by oren_nayar_full;
-// against order 112, NoV from 1e-4).
+// Diffuse lobes stay below the first table: at most 4e-2 at order 4, 2e-3 at 6, 1e-4 at 8, 7e-6 at
+// 10, 9e-7 at 12, 1e-7 at 14, 2e-8 at 16, 9e-10 at 20, 4e-11 at 28 (the last six by
+// oren_nayar_full; against order 112, NoV from 1e-4).
 namespace kiln {
 
 /// Nodes of one texel at an order: those inside, and those of all pieces of the elevation.
@@ -91,11 +91,13 @@ constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolera
     return std::min(quadrature_start(tolerance) + more, kQuadratureLast - 1);
 }
 
-/// What float arithmetic may add to a value beyond the rule's own error.
+/// What float arithmetic may add to a value beyond the rule's own error, as part of max(1, E).
 inline constexpr double kQuadratureFloatRounding = 1e-6;
+/// The same of a kind: Charlie's masking is exp L, L up to 20, and half a unit of that is 1e-6.
+double quadrature_float_rounding(const QuadratureKind& kind);
 
 struct QuadratureTolerance {
-    double absolute = 1e-9;       ///< of E and B
+    double absolute = 1e-9;       ///< of E and B, as part of max(1, E): Charlie's E has no bound
     double deficit_relative = 0;  ///< of 1 - E; 0: it is not asked for
 };
 

@@ -119,10 +119,9 @@ QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& k
             for (std::size_t i = 0; i < places.size(); ++i) {
                 double& value = result.mean[places[i]];
                 const double next = sums.mean[i];
-                const bool agree =
-                    std::abs(next - value) <=
-                    (relative ? std::min(1e-10, 1e-6 * std::max(next, kDeficitLeast))
-                              : tolerance / 10);
+                const bool agree = std::abs(next - value) <=
+                                   (relative ? std::min(1e-10, 1e-6 * std::max(next, kDeficitLeast))
+                                             : tolerance / 10);
                 value = next;
                 if (step == start || !agree) unsettled.push_back(places[i]);
             }

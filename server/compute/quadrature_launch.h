@@ -27,7 +27,7 @@ struct SmithRule {
 /// Any microfacet lobe, by the numbers of kernels/microfacet.h: kernels/quadrature_lobe.h.
 struct LobeRule {
     int distribution = 0, masking = 0;
-    int fresnel = kNoFresnel;        ///< as of SmithRule
+    int fresnel = kNoFresnel;       ///< as of SmithRule
     bool total_reflection = false;  ///< a dielectric's with an ior below 1
     auto operator<=>(const LobeRule&) const = default;
 };

@@ -67,8 +67,8 @@ std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantit
         return "diffuse " + quoted(to_word(job.diffuse.model)) + ", which " +
                quoted(to_word(quantity)) + " reads";
     if (reads_diffuse(quantity) && !total) return {};
-    const bool under = total && job.coupling == Coupling::half_vector &&
-                       job.diffuse.model != DiffuseModel::none;
+    const bool under =
+        total && job.coupling == Coupling::half_vector && job.diffuse.model != DiffuseModel::none;
     if (under && reflects_totally(job))
         return "a diffuse lobe under an ior below 1 by coupling \"half_vector\": total reflection "
                "begins at a kink across its rule";

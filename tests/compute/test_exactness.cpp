@@ -253,9 +253,10 @@ TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
                   R"("layout":"unreal","microfacet":{"masking":"smith_correlated"}})");
     for (const Candidate& candidate : advise(unreal, 0.2, *native, Control{}))
         EXPECT_EQ(candidate.job.axes, unreal.axes);
-    JobSpec beckmann = job;
-    beckmann.distribution = Distribution::beckmann;
-    EXPECT_THROW(advise(beckmann, 0.1, *native, Control{}), Error);
+    JobSpec folded = job;
+    folded.quantities = {Quantity::diffuse_average_albedo};
+    folded.diffuse.model = DiffuseModel::chan2018;
+    EXPECT_THROW(advise(folded, 0.1, *native, Control{}), Error);
     JobSpec coarse = unreal;
     coarse.format = ImageFormat::png;
     EXPECT_TRUE(advise(coarse, 5e-6, *native, Control{}).empty());
