@@ -72,12 +72,12 @@ void run(benchmark::State& state, Backend& backend, const QuadratureKind& what) 
     }
     const std::vector<double> rule = quadrature_nodes(what, kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
-    const auto parameters = any_parameters<Scalar>();
+    const QuadratureParameters numbers = any_quadrature_parameters(what);
+    const std::vector<Scalar> parameters(numbers.begin(), numbers.end());
     std::vector<Scalar> values(quadrature_planes(what) * kStride);
     for (auto _ : state) {
-        backend.run(QuadratureLaunch<Scalar>{
-            what, kStride, texels, nodes,
-            std::span<const Scalar>(parameters).first(kQuadratureParameters), kOrder, values});
+        backend.run(
+            QuadratureLaunch<Scalar>{what, kStride, texels, nodes, parameters, kOrder, values});
         benchmark::DoNotOptimize(values.data());
     }
     state.counters["nodes/s"] =
@@ -100,10 +100,13 @@ void add(const std::string& name, Backend& backend, const What& what) {
 
 const std::map<std::string, QuadratureKind> kQuadratures = {
     {"quadrature_E", {}},
-    {"quadrature_B", {.fresnel = kSchlickWeight}},
-    {"quadrature_dielectric", {.fresnel = 3}},
-    {"quadrature_burley", {.diffuse = 1}},
-    {"quadrature_B_float64", {.fresnel = kSchlickWeight, .precision = Precision::float64}},
+    {"quadrature_B", {SmithRule{.fresnel = kSchlickWeight}}},
+    {"quadrature_dielectric", {SmithRule{.fresnel = 3}}},
+    {"quadrature_burley", {DiffuseRule{.diffuse = 1}}},
+    {"quadrature_beckmann", {LobeRule{.distribution = 1, .fresnel = kSchlickWeight}}},
+    {"quadrature_charlie", {LobeRule{2, static_cast<int>(Masking::charlie), kSchlickWeight}}},
+    {"quadrature_total_reflection", {LobeRule{.fresnel = 3, .total_reflection = true}}},
+    {"quadrature_B_float64", {SmithRule{.fresnel = kSchlickWeight}, Precision::float64}},
 };
 
 using Cases = std::map<std::string, Specialisation>;

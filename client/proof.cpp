@@ -18,9 +18,8 @@ namespace {
 // The full set's own error against quadrature, bilinear lookup included, stays below a tenth of
 // what 64 nodes and half floats leave.
 constexpr std::int64_t kFullNodes = 256;
-// Of lobes that quadrature has no rule for, such as sheen's. Their samples are not the plan's: the
-// same points would hide the same error on both sides (2.5e-2 of Charlie at roughness
-// 0.07 under 1024 of them). Against 2^20 samples these are off by 5e-4.
+// Of lobes that quadrature has no rule for: chan2018 and ggx_lambert. Their samples are not the
+// plan's: the same points would hide the same error on both sides.
 constexpr std::int64_t kSampledNodes = 128, kSampledMost = 65536;
 constexpr double kSampledError = 1e-3;
 

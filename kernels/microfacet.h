@@ -12,8 +12,7 @@
 #define KILN_KARIS_DIRECT 3
 #define KILN_UNREAL_JOINT 4
 #define KILN_NEUBELT 5
-#define KILN_CHARLIE_MASKING 6
-#define KILN_CHARLIE_SOFTENED 7
+// KILN_CHARLIE_MASKING 6 and KILN_CHARLIE_SOFTENED 7 in charlie.h.
 
 #define KILN_PI K(3.14159265358979324)
 
@@ -61,52 +60,36 @@ KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real
     return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
 }
 
-// NoX (1 + Λ(NoX)), regular at NoX = 0. GGX: Heitz 2014, eq. 72; Beckmann: eq. 68, with a = NoX /
-// (α sinX) and Λ as lane_erfcx_deficit() has it.
+// Of Beckmann, NoX Λ over α sinX / (2√π): Heitz 2014, eq. 68, with a = NoX / (α sinX) and Λ as
+// lane_erfcx_deficit() has it.
+KILN_FUNCTION real beckmann_tail(real slope, real NoX) {
+    const real a = lane_min(NoX / lane_max(slope, lanes(K(1e-30))), lanes(K(30.0)));
+    return lane_exp_minus_square(a) * lane_erfcx_deficit(a);
+}
+#define KILN_BECKMANN_TAIL K(0.28209479177387814)  // 1 / (2√π)
+
+// NoX (1 + Λ(NoX)), regular at NoX = 0. GGX: Heitz 2014, eq. 72.
 KILN_FUNCTION real smith_reach(const int distribution, real alpha, real NoX, real sinX) {
     const real slope = alpha * sinX;
     if (distribution == KILN_GGX)
         return K(0.5) * (NoX + lane_sqrt(lane_fma(NoX, NoX, slope * slope)));
-    const real flat = lanes(K(1e-30));
-    const real a = lane_min(NoX / lane_max(slope, flat), lanes(K(30.0)));
-    const real tail = lane_exp_minus_square(a) * lane_erfcx_deficit(a);
-    return lane_fma(slope * K(0.28209479177387814), tail, NoX);  // 1 / (2√π)
+    return lane_fma(slope * KILN_BECKMANN_TAIL, beckmann_tail(slope, NoX), NoX);
+}
+
+// NoX Λ(NoX), without the subtraction.
+KILN_FUNCTION real smith_excess(const int distribution, real alpha, real NoX, real sinX) {
+    const real slope = alpha * sinX;
+    if (distribution == KILN_GGX) {
+        const real S = lane_sqrt(lane_fma(NoX, NoX, slope * slope));
+        return K(0.5) * slope * (slope / (NoX + S));
+    }
+    return slope * KILN_BECKMANN_TAIL * beckmann_tail(slope, NoX);
 }
 
 // Karis 2013: Schlick's G1 = NoX / (NoX (1 − k) + k).
 KILN_FUNCTION real karis_visibility(real k, real NoV, real NoL) {
     const real rest = K(1.0) - k;
     return K(0.25) / (lane_fma(NoV, rest, k) * lane_fma(NoL, rest, k));
-}
-
-// Estevez, Kulla 2017, eq. 3 and table 1: Λ = exp L(NoX) below 1/2, exp(2 L(1/2) − L(1 − NoX))
-// above, L(x) = a / (1 + b x^c) + d x + e.
-KILN_FUNCTION real charlie_L(real alpha, real x) {
-    const real t = (K(1.0) - alpha) * (K(1.0) - alpha);
-    const real a = lane_fma(t, lanes(K(25.3245) - K(21.5473)), lanes(K(21.5473)));
-    const real b = lane_fma(t, lanes(K(3.32435) - K(3.82987)), lanes(K(3.82987)));
-    const real c = lane_fma(t, lanes(K(0.16801) - K(0.19823)), lanes(K(0.19823)));
-    const real d = lane_fma(t, lanes(K(-1.27393) + K(1.97760)), lanes(K(-1.97760)));
-    const real e = lane_fma(t, lanes(K(-4.85967) + K(4.32054)), lanes(K(-4.32054)));
-    return a / (K(1.0) + b * lane_pow(x, c)) + d * x + e;
-}
-
-KILN_CALLED real charlie_log_lambda(real alpha, real NoX) {
-    const real low = charlie_L(alpha, NoX);
-    const real high = K(2.0) * charlie_L(alpha, lanes(K(0.5))) - charlie_L(alpha, K(1.0) - NoX);
-    return lane_select(NoX < K(0.5), low, high);
-}
-
-// 1 / ((1 + Λv + Λl) 4 NoV NoL). Infinite at NoV = 0, as the model is. Softened: the light's Λ
-// to the power 1 + 2 (1 − NoL)^8 (eq. 4).
-KILN_FUNCTION real charlie_visibility(const int masking, real alpha, real NoV, real NoL) {
-    real log_light = charlie_log_lambda(alpha, NoL);
-    if (masking == KILN_CHARLIE_SOFTENED) {
-        const real m = K(1.0) - NoL, m2 = m * m, m4 = m2 * m2;
-        log_light = log_light * lane_fma(lanes(K(2.0)), m4 * m4, lanes(K(1.0)));
-    }
-    const real sum = K(1.0) + lane_exp(charlie_log_lambda(alpha, NoV)) + lane_exp(log_light);
-    return K(0.25) / (sum * NoV * NoL);
 }
 
 KILN_CALLED real microfacet_visibility(const int distribution, const int masking, real alpha,
@@ -123,8 +106,7 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
     }
     if (masking == KILN_NEUBELT)  // Neubelt, Pettineo 2013
         return K(0.25) / lane_fma(-NoL, NoV, NoL + NoV);
-    if (masking == KILN_CHARLIE_MASKING || masking == KILN_CHARLIE_SOFTENED)
-        return charlie_visibility(masking, alpha, NoV, NoL);
+    if (is_charlie_masking(masking)) return charlie_visibility(masking, alpha, NoV, NoL);
     const real view = smith_reach(distribution, alpha, NoV, s.sinV);
     const real light = smith_reach(distribution, alpha, NoL, s.sinL);
     if (masking == KILN_SMITH_SEPARABLE) return K(0.25) / (view * light);

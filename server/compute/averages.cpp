@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/averages.h"
 
-#include <algorithm>
+#include <vector>
 
 #include "server/base/error.h"
-#include "server/compute/integrate.h"
 #include "server/compute/quadrature.h"
 
 namespace kiln {
 
 namespace {
-/// One value serves a whole line of texels, so it may cost more than one of them.
-constexpr std::int64_t kAverageSamplesMin = 65536;
-
 /// Of the average albedo by quadrature.
 constexpr double kExact = 1e-9;
 
-Averages exact_averages(const JobSpec& job, Backend& native, const Control& control) {
+}  // namespace
+
+Averages average_deficits(const JobSpec& job, Backend& native, const Control& control) {
     const Places places = Places::averaged(job);
     std::vector<double> alpha;
     for (std::size_t i = 0; i < places.count(); ++i) alpha.push_back(places.alpha(i));
@@ -24,38 +22,9 @@ Averages exact_averages(const JobSpec& job, Backend& native, const Control& cont
         control.progress({});
         if (control.cancelled()) throw Cancelled();
     };
-    Averages averages;
-    averages.deficit = quadrature_averages(native, quadrature_average_kind(job.masking), {}, alpha,
-                                           kExact, between)
-                           .mean;
-    averages.standard_error.assign(places.count(), 0);
-    return averages;
-}
-}  // namespace
-
-Averages average_deficits(const JobSpec& job, Backend& native, ThreadPool& pool,
-                          const Control& control) {
-    if (quadrature_knows_lobe(job)) return exact_averages(job, native, control);
-    const std::size_t rough = roughness_axis(job);
-    JobSpec line = job;
-    line.quantities = {Quantity::average_albedo};
-    line.resolution = {job.resolution[rough]};
-    line.axes = {job.axes[rough]};
-    line.precision = Precision::float64;
-    line.target_error.reset();
-    line.time_budget_s.reset();
-    line.sample_count = std::max(job.sample_count, kAverageSamplesMin);
-    Control alive;  // says that it works, not how much of the job is done
-    alive.progress = [&](const Progress&) { control.progress({}); };
-    alive.cancelled = control.cancelled;
-    const Plan plan = make_plan(line, [] { return Averages{}; });
-    const Outcome outcome = integrate(line, plan, native, pool, alive, true);
-    Averages averages;
-    for (const float E_avg : outcome.table.planes[0])
-        averages.deficit.push_back(1 - static_cast<double>(E_avg));
-    averages.standard_error.assign(outcome.standard_errors[0].begin(),
-                                   outcome.standard_errors[0].end());
-    return averages;
+    return {quadrature_averages(native, quadrature_average_kind(lobe_of(job)), {}, alpha, kExact,
+                                between)
+                .mean};
 }
 
 }  // namespace kiln

@@ -104,21 +104,24 @@ class Check {
         return exact_table(job, tolerance_, native_, pool_, control_);
     }
 
-    QuadratureKind dearest_kind() const {
-        QuadratureKind kind;
-        kind.fresnel = kSchlickWeight;
-        const auto& asked = served_.quantities;
-        if (std::any_of(asked.begin(), asked.end(), reads_diffuse)) kind.diffuse = 0;
-        return kind;
+    /// Of one place and channel, by the dearest of the rules that the job needs.
+    std::uint64_t nodes_a_place() const {
+        const Plan plan = make_plan(served_, [] { return Averages{}; });
+        std::uint64_t most = 0;
+        for (const KernelKind& kernel : quadrature_kernels(served_, plan)) {
+            const auto& kind = std::get<QuadratureKind>(kernel);
+            const std::size_t start = quadrature_start(kind, tolerance_);
+            std::uint64_t nodes = 0;
+            for (const std::size_t step : {start, start + 1})
+                nodes += quadrature_evaluations(kind, kQuadratureSteps[step].order);
+            most = std::max(most, nodes);
+        }
+        return most;
     }
 
     /// Whether quadrature at so many places costs little beside what made the table.
     bool is_affordable(std::uint64_t places) const {
-        const std::size_t start = quadrature_start(tolerance_);
-        std::uint64_t nodes = 0;
-        for (const std::size_t step : {start, start + 1})
-            nodes += quadrature_evaluations(dearest_kind(), kQuadratureSteps[step].order);
-        if (walks_) nodes = kWalksAPlace;
+        std::uint64_t nodes = walks_ ? kWalksAPlace : nodes_a_place();
         const std::vector<Channel> channels = channels_of(served_);
         if (std::any_of(channels.begin(), channels.end(),
                         [](const Channel& channel) { return channel.colour != 0; }))
@@ -189,8 +192,7 @@ Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadP
             throw Error("no_quadrature", "quadrature has no rule for " + *lack);
     JobSpec exact = job;
     exact.integrator = Integrator::quadrature;
-    const Plan plan =
-        make_plan(exact, [&] { return average_deficits(exact, native, pool, control); });
+    const Plan plan = make_plan(exact, [&] { return average_deficits(exact, native, control); });
     return std::move(integrate_by_quadrature(exact, plan, native, pool, tolerance, control).table);
 }
 

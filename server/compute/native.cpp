@@ -2,6 +2,7 @@
 #include "server/compute/native.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "server/base/error.h"
@@ -29,6 +30,25 @@ const NativeKernels& kernels_of(InstructionSet set) {
     __builtin_unreachable();
 }
 
+QuadratureNumbers numbers_of(const QuadratureKind& kind) {
+    using Rule = QuadratureNumbers::Rule;
+    const auto of = [](const auto& rule) -> QuadratureNumbers {
+        using What = std::decay_t<decltype(rule)>;
+        if constexpr (std::is_same_v<What, SmithRule>)
+            return {Rule::smith, 0, static_cast<int>(rule.masking), rule.fresnel, 0, 0};
+        else if constexpr (std::is_same_v<What, LobeRule>)
+            return {Rule::lobe,
+                    rule.distribution,
+                    rule.masking,
+                    rule.fresnel,
+                    rule.total_reflection ? 1 : 0,
+                    0};
+        else
+            return {Rule::diffuse, 0, 0, rule.fresnel, 0, rule.diffuse};
+    };
+    return std::visit(of, kind.rule);
+}
+
 class NativeBackend : public Backend {
   public:
     NativeBackend(ThreadPool& pool, InstructionSet set) : pool_(pool), kernels_(kernels_of(set)) {}
@@ -37,40 +57,12 @@ class NativeBackend : public Backend {
     std::size_t block_places() const override {
         return Backend::block_places() / (&kernels_ == &kNativeV2 ? 8 : 1);
     }
-    void run(const Launch<float>& launch) override {
-        run_groups(launch, kernels_.float_lanes, kernels_.find_float(launch.what.material));
-    }
-    void run(const Launch<double>& launch) override {
-        run_groups(launch, kernels_.double_lanes, kernels_.find_double(launch.what.material));
-    }
-    void run(const QuadratureLaunch<float>& launch) override {
-        const QuadratureKind& what = launch.what;
-        run_quadrature(
-            launch, kernels_.float_lanes,
-            what.diffuse != kSpecular
-                ? kernels_.diffuse_quadrature_float
-                : kernels_.find_quadrature_float(static_cast<int>(what.masking), what.fresnel));
-    }
-    void run(const QuadratureLaunch<double>& launch) override {
-        const QuadratureKind& what = launch.what;
-        run_quadrature(
-            launch, kernels_.double_lanes,
-            what.diffuse != kSpecular
-                ? kernels_.diffuse_quadrature_double
-                : kernels_.find_quadrature_double(static_cast<int>(what.masking), what.fresnel));
-    }
-    void run(const MeasuredLaunch<float>& launch) override {
-        run_measured(launch, kernels_.float_lanes,
-                     launch.what.operation == MeasuredOperation::values
-                         ? kernels_.measured_values_float
-                         : kernels_.measured_albedos_float);
-    }
-    void run(const MeasuredLaunch<double>& launch) override {
-        run_measured(launch, kernels_.double_lanes,
-                     launch.what.operation == MeasuredOperation::values
-                         ? kernels_.measured_values_double
-                         : kernels_.measured_albedos_double);
-    }
+    void run(const Launch<float>& launch) override { run_groups(launch); }
+    void run(const Launch<double>& launch) override { run_groups(launch); }
+    void run(const QuadratureLaunch<float>& launch) override { run_quadrature(launch); }
+    void run(const QuadratureLaunch<double>& launch) override { run_quadrature(launch); }
+    void run(const MeasuredLaunch<float>& launch) override { run_measured(launch); }
+    void run(const MeasuredLaunch<double>& launch) override { run_measured(launch); }
 
   private:
     /// Calls body(first lane) for each lane group of a launch, on all threads.
@@ -85,21 +77,32 @@ class NativeBackend : public Backend {
     }
 
     template <typename Scalar>
-    void run_quadrature(const QuadratureLaunch<Scalar>& launch, int lanes,
-                        NativeQuadrature<Scalar> function) {
-        each_group(launch.texel_stride, lanes, [&](std::size_t first) {
+    const NativeFunctions<Scalar>& functions() const {
+        if constexpr (sizeof(Scalar) == sizeof(float))
+            return kernels_.in_float;
+        else
+            return kernels_.in_double;
+    }
+
+    template <typename Scalar>
+    void run_quadrature(const QuadratureLaunch<Scalar>& launch) {
+        const QuadratureNumbers what = numbers_of(launch.what);
+        const auto function = functions<Scalar>().find_quadrature(what);
+        each_group(launch.texel_stride, functions<Scalar>().lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.nodes.data(),
-                      launch.parameters.data(), launch.what.fresnel, launch.what.diffuse,
-                      launch.order.elevation, launch.order.azimuth, launch.texel_stride,
-                      launch.values.data() + first});
+                      launch.parameters.data(), what, launch.order.elevation, launch.order.azimuth,
+                      launch.texel_stride, launch.values.data() + first});
         });
     }
 
     template <typename Scalar>
-    void run_measured(const MeasuredLaunch<Scalar>& launch, int lanes,
-                      NativeMeasured<Scalar> function) {
-        each_group(launch.stride, lanes, [&](std::size_t first) {
+    void run_measured(const MeasuredLaunch<Scalar>& launch) {
+        const NativeFunctions<Scalar>& all = functions<Scalar>();
+        const auto function = launch.what.operation == MeasuredOperation::values
+                                  ? all.measured_values
+                                  : all.measured_albedos;
+        each_group(launch.stride, all.lanes, [&](std::size_t first) {
             function({launch.nodes.data(), launch.curves.data(), launch.shape,
                       launch.places.data() + first, launch.points.data(), launch.batches.data(),
                       static_cast<unsigned>(launch.batches.size()), launch.stride,
@@ -108,8 +111,9 @@ class NativeBackend : public Backend {
     }
 
     template <typename Scalar>
-    void run_groups(const Launch<Scalar>& launch, int lanes, NativeFunction<Scalar> function) {
-        each_group(launch.texel_stride, lanes, [&](std::size_t first) {
+    void run_groups(const Launch<Scalar>& launch) {
+        const auto function = functions<Scalar>().find(launch.what.material);
+        each_group(launch.texel_stride, functions<Scalar>().lanes, [&](std::size_t first) {
             function({launch.texels.data() + first,
                       launch.texels.data() + launch.texel_stride + first, launch.points.data(),
                       launch.parameters.data(), launch.batches.data(),

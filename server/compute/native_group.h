@@ -36,6 +36,12 @@ struct NativeGroup {
 template <typename Scalar>
 using NativeFunction = void (*)(const NativeGroup<Scalar>&);
 
+/// Which rule, and what it reads of its kind, by the numbers of kernels/*.h.
+struct QuadratureNumbers {
+    enum class Rule { smith, lobe, diffuse } rule = Rule::smith;
+    int distribution = 0, masking = 0, fresnel = 0, total_reflection = 0, diffuse = 0;
+};
+
 /// One lane group of a QuadratureLaunch, see quadrature_launch.h; pointers already stand at the
 /// group.
 template <typename Scalar>
@@ -44,7 +50,7 @@ struct NativeQuadratureGroup {
     const Scalar* alpha;
     const Scalar* nodes;
     const Scalar* parameters;
-    int fresnel, diffuse;
+    QuadratureNumbers what;
     unsigned order, azimuths;
     unsigned long texel_stride;
     Scalar* values;
@@ -77,17 +83,19 @@ struct NativeMeasuredGroup {
 template <typename Scalar>
 using NativeMeasured = void (*)(const NativeMeasuredGroup<Scalar>&);
 
-/// The functions of one instruction set.
+/// The functions of one precision.
+template <typename Scalar>
+struct NativeFunctions {
+    int lanes;
+    NativeFunction<Scalar> (*find)(const KernelMaterial&);
+    NativeQuadrature<Scalar> (*find_quadrature)(const QuadratureNumbers&);
+    NativeMeasured<Scalar> measured_values, measured_albedos;
+};
+
+/// Those of one instruction set.
 struct NativeKernels {
-    int float_lanes, double_lanes;
-    NativeFunction<float> (*find_float)(const KernelMaterial&);
-    NativeFunction<double> (*find_double)(const KernelMaterial&);
-    NativeQuadrature<float> (*find_quadrature_float)(int masking, int fresnel);
-    NativeQuadrature<double> (*find_quadrature_double)(int masking, int fresnel);
-    NativeQuadrature<float> diffuse_quadrature_float;
-    NativeQuadrature<double> diffuse_quadrature_double;
-    NativeMeasured<float> measured_values_float, measured_albedos_float;
-    NativeMeasured<double> measured_values_double, measured_albedos_double;
+    NativeFunctions<float> in_float;
+    NativeFunctions<double> in_double;
 };
 
 extern const NativeKernels kNativeV2, kNativeV3, kNativeV4;

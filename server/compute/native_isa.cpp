@@ -94,17 +94,10 @@ __attribute__((always_inline)) inline Register register_fma(Register a, Register
 }  // namespace
 
 extern const NativeKernels KILN_ISA;
-const NativeKernels KILN_ISA = {KILN_REGISTER_BYTES / 4,
-                                KILN_REGISTER_BYTES / 8,
-                                in_float::find,
-                                in_double::find,
-                                in_float::find_quadrature,
-                                in_double::find_quadrature,
-                                in_float::group_quadrature_diffuse,
-                                in_double::group_quadrature_diffuse,
-                                in_float::measured_values,
-                                in_float::measured_albedos,
-                                in_double::measured_values,
-                                in_double::measured_albedos};
+const NativeKernels KILN_ISA = {
+    {KILN_REGISTER_BYTES / 4, in_float::find, in_float::find_quadrature, in_float::measured_values,
+     in_float::measured_albedos},
+    {KILN_REGISTER_BYTES / 8, in_double::find, in_double::find_quadrature,
+     in_double::measured_values, in_double::measured_albedos}};
 
 }  // namespace kiln

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <type_traits>
 
 #include "server/base/error.h"
 #include "server/compute/kernel_digest.h"
@@ -60,12 +61,24 @@ Definitions definitions_of(const Specialisation& what) {
 
 const char* entry_of(const QuadratureKind&) { return "quadrature_table"; }
 Definitions definitions_of(const QuadratureKind& what) {
-    if (what.diffuse != kSpecular)
-        return {
-            {"KILN_QUADRATURE", 2}, {"KILN_DIFFUSE", what.diffuse}, {"KILN_FRESNEL", what.fresnel}};
-    return {{"KILN_QUADRATURE", 1},
-            {"KILN_MASKING", static_cast<int>(what.masking)},
-            {"KILN_FRESNEL", what.fresnel}};
+    const auto of = [](const auto& rule) -> Definitions {
+        using What = std::decay_t<decltype(rule)>;
+        if constexpr (std::is_same_v<What, SmithRule>)
+            return {{"KILN_QUADRATURE", 1},
+                    {"KILN_MASKING", static_cast<int>(rule.masking)},
+                    {"KILN_FRESNEL", rule.fresnel}};
+        else if constexpr (std::is_same_v<What, DiffuseRule>)
+            return {{"KILN_QUADRATURE", 2},
+                    {"KILN_DIFFUSE", rule.diffuse},
+                    {"KILN_FRESNEL", rule.fresnel}};
+        else
+            return {{"KILN_QUADRATURE", 3},
+                    {"KILN_DISTRIBUTION", rule.distribution},
+                    {"KILN_MASKING", rule.masking},
+                    {"KILN_FRESNEL", rule.fresnel},
+                    {"KILN_TOTAL", rule.total_reflection ? 1 : 0}};
+    };
+    return std::visit(of, what.rule);
 }
 
 const char* entry_of(const MeasuredKind&) { return "measured_table"; }
@@ -268,8 +281,8 @@ struct OpenClBackend::State {
         const std::vector<double> rule = quadrature_nodes(what, kOrder);
         const std::vector<Scalar> nodes(rule.begin(), rule.end());
         std::vector<Scalar> mine(quadrature_planes(what) * kStride), wanted(mine.size());
-        const auto numbers = any_parameters<Scalar>();
-        const auto parameters = std::span<const Scalar>(numbers).first(kQuadratureParameters);
+        const QuadratureParameters numbers = any_quadrature_parameters(what);
+        const std::vector<Scalar> parameters(numbers.begin(), numbers.end());
         Room room;
         QuadratureLaunch<Scalar> trial{what, kStride, texels, nodes, parameters, kOrder, mine};
         launch(program, trial, room);

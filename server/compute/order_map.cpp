@@ -40,8 +40,13 @@ OrderMap make_order_map(const JobSpec& job, const Places& places, const Quadratu
     QuadratureResult found =
         integrate_quadrature(backend, kind, {NoV, alpha, parameters, {}}, tolerance);
     const bool relative = tolerance.deficit_relative > 0;
+    // Not within the tolerance at any order.
+    std::vector<std::uint8_t> open(found.step.size());
+    for (std::size_t i = 0; i < open.size(); ++i)
+        open[i] = found.error[i] > tolerance.absolute * std::max(1.0, found.E[i]) ? 1 : 0;
     for (std::size_t i = 0; i < found.step.size(); ++i)
-        if (found.step[i] > 0 && found.error[i] <= tolerance.absolute / kMargin &&
+        if (found.step[i] > 0 &&
+            found.error[i] <= tolerance.absolute * std::max(1.0, found.E[i]) / kMargin &&
             (!relative || found.deficit_error[i] <= tolerance.deficit_relative / kMargin))
             --found.step[i];
     OrderMap map;
@@ -50,24 +55,26 @@ OrderMap make_order_map(const JobSpec& job, const Places& places, const Quadratu
     // What the rungs need, spread along x first: the loops along y are then plain maxima.
     const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
     std::vector<std::uint8_t> steps(rows.size() * w);
+    std::vector<std::uint8_t> opens(rows.size() * w);
     std::vector<float> errors(rows.size() * w);
     for (std::size_t j = 0; j < rows.size(); ++j)
         for (std::size_t i = 0; i < w; ++i) {
             const std::size_t low = j * columns.size() + x.low[i],
                               high = j * columns.size() + x.high[i];
+            opens[j * w + i] = std::max(open[low], open[high]);
             steps[j * w + i] = std::max(found.step[low], found.step[high]);
             errors[j * w + i] = std::max(found.error[low], found.error[high]);
         }
     map.step.resize(w * h);
     map.error.resize(w * h);
-    const auto bound = static_cast<float>(tolerance.absolute);
     for (std::size_t j = 0; j < h; ++j) {
         const std::size_t low = y.low[j] * w, high = y.high[j] * w;
         for (std::size_t i = 0; i < w; ++i)
             map.step[j * w + i] = std::max(steps[low + i], steps[high + i]);
         for (std::size_t i = 0; i < w; ++i)
             map.error[j * w + i] = std::max(errors[low + i], errors[high + i]);
-        for (std::size_t i = 0; i < w; ++i) map.unsettled += map.error[j * w + i] > bound ? 1 : 0;
+        for (std::size_t i = 0; i < w; ++i)
+            map.unsettled += std::max(opens[low + i], opens[high + i]);
     }
     return map;
 }

@@ -15,10 +15,9 @@
 
 namespace kiln {
 
-/// What two means a and b make of a channel, with the derivatives that carry their errors over, and
-/// the variance of what else went in.
+/// What two means a and b make of a channel, with the derivatives that carry their errors over.
 struct Part {
-    double value = 0, by_a = 1, by_b = 0, variance = 0;
+    double value = 0, by_a = 1, by_b = 0;
 };
 
 /// What a pass adds to one channel: a combination of its terms, or a function of two.
@@ -56,9 +55,9 @@ struct Plan {
     std::vector<std::string> warnings;  ///< what the report says of the job, however it is computed
 };
 
-/// 1 − E_avg of the job's lobe at each place of Places::averaged(job), with its standard error.
+/// 1 − E_avg of the job's lobe at each place of Places::averaged(job), exact.
 struct Averages {
-    std::vector<double> deficit, standard_error;
+    std::vector<double> deficit;
 };
 
 /// `averages` is asked only where a term of multiple scattering needs it.

@@ -57,7 +57,8 @@ class Raising {
           steps_(places.steps),
           tolerance_(tolerance) {
         if constexpr (sizeof(Scalar) == sizeof(float)) {
-            tolerance_.absolute = std::max(tolerance_.absolute, kQuadratureFloatRounding / 2);
+            tolerance_.absolute =
+                std::max(tolerance_.absolute, quadrature_float_rounding(kind) / 2);
             if (tolerance_.deficit_relative > 0)
                 tolerance_.deficit_relative =
                     std::max(tolerance_.deficit_relative, kQuadratureFloatRounding / 2);
@@ -81,7 +82,7 @@ class Raising {
         }
         double finest = tolerance_.absolute;
         if (tolerance_.deficit_relative > 0) finest = std::min(finest, tolerance_.deficit_relative);
-        const std::size_t start = quadrature_start(finest);
+        const std::size_t start = quadrature_start(kind_, finest);
         std::vector<std::size_t> texels(NoV_.size());
         std::iota(texels.begin(), texels.end(), std::size_t{0});
         for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step)
@@ -141,14 +142,14 @@ class Raising {
         if (has_B()) difference = std::max(difference, std::abs(B - result_.B[place]));
         result_.error[place] = static_cast<float>(difference);
         const double change = std::abs(deficit - result_.deficit[place]);
-        result_.deficit_error[place] =
-            static_cast<float>(change > 0 ? change / std::max(deficit, change) : 0);
+        result_.deficit_error[place] = static_cast<float>(
+            change > 0 ? change / std::max({deficit, change, kDeficitLeast}) : 0);
     }
 
     bool has_B() const { return quadrature_planes(kind_) > 2; }
 
     bool agrees(std::size_t place) const {
-        return result_.error[place] <= tolerance_.absolute &&
+        return result_.error[place] <= tolerance_.absolute * std::max(1.0, result_.E[place]) &&
                (tolerance_.deficit_relative <= 0 ||
                 result_.deficit_error[place] <= tolerance_.deficit_relative);
     }
@@ -173,10 +174,60 @@ std::vector<double> gauss_legendre(std::initializer_list<unsigned> counts) {
     return nodes;
 }
 
+std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder order) {
+    const std::uint64_t n = order.elevation, m = order.azimuth;
+    const bool fresnel = fresnel_of(kind) != kNoFresnel;
+    if (is_diffuse(kind)) return 2 * n * 2 * m;  // two pieces of both
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    if (!lobe) return (2 * n + n / 2) * (fresnel ? 1 + m : 1) + n / 2;
+    // As make_cuts() of kernels/elevation.h has it: two pieces between two cuts.
+    const bool ggx = lobe->distribution == static_cast<int>(Distribution::ggx);
+    const bool charlie_masking = lobe->masking >= static_cast<int>(Masking::charlie);
+    const std::uint64_t cuts =
+        3U + (charlie_masking ? 1U : 0U) + (lobe->total_reflection ? 2U : 0U);
+    const std::uint64_t rings = (ggx && !fresnel ? 0U : 1U) + (lobe->total_reflection ? 1U : 0U);
+    return 2 * (cuts - 1) * n * std::max<std::uint64_t>(1, rings * m) +
+           (integrates_deficit(kind) ? n * (ggx ? 1 : m) : 0);
+}
+
+double quadrature_float_rounding(const QuadratureKind& kind) {
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    const bool charlie = lobe && lobe->masking >= static_cast<int>(Masking::charlie);
+    return charlie ? 3 * kQuadratureFloatRounding : kQuadratureFloatRounding;
+}
+
+bool integrates_deficit(const QuadratureKind& kind) {
+    if (const auto* lobe = std::get_if<LobeRule>(&kind.rule))
+        return lobe->masking <= static_cast<int>(Masking::smith_separable);
+    return !is_diffuse(kind);
+}
+
+QuadratureParameters any_quadrature_parameters(const QuadratureKind& kind) {
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    if (lobe && lobe->total_reflection) return {-0.75, 0.25, 1};  // of an ior of 1/2
+    const auto any = any_parameters<double>();
+    QuadratureParameters parameters;
+    std::copy_n(any.begin(), parameters.size(), parameters.begin());
+    return parameters;
+}
+
+QuadratureKind quadrature_kind(const KernelMaterial& lobe, int fresnel,
+                               const QuadratureParameters& parameters, Precision precision) {
+    FresnelModel dielectric;
+    dielectric.model = Fresnel::dielectric;
+    const bool total = fresnel == fresnel_function(dielectric) && parameters[0] < 0;
+    const bool smith = lobe.distribution == static_cast<int>(Distribution::ggx) &&
+                       lobe.masking <= static_cast<int>(Masking::smith_separable);
+    if (smith && !total) return {SmithRule{static_cast<Masking>(lobe.masking), fresnel}, precision};
+    return {LobeRule{lobe.distribution, lobe.masking, fresnel, total}, precision};
+}
+
 std::vector<double> quadrature_nodes(const QuadratureKind& kind, QuadratureOrder order) {
     const unsigned n = order.elevation;
-    if (kind.diffuse == kSpecular) return gauss_legendre({n, n / 2, order.azimuth});
+    if (std::holds_alternative<SmithRule>(kind.rule))
+        return gauss_legendre({n, n / 2, order.azimuth});
     std::vector<double> nodes = gauss_legendre({n, order.azimuth});
+    if (!is_diffuse(kind)) return nodes;
     for (std::size_t i = 2 * n; i < nodes.size(); i += 2) {
         nodes[i] = cos_turn(nodes[i] / 4);
         nodes[i + 1] /= 2;

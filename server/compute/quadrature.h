@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -28,18 +29,29 @@
 // On the whole, with NoV and alpha in [1e-4, 1] anywhere, some ten times that. In float, rounding
 // adds up to 3e-7 to E and 7e-7 to B, and 7e-7 relative to the deficit.
 //
-// Diffuse lobes stay below that table: at most 4e-2 at order 4, 2e-3 at 6, 1e-4 at 8, 7e-6 at 10,
-// 9e-7 at 12, 1e-7 at 14, 2e-8 at 16, 9e-10 at 20, 4e-11 at 28 (the last six by oren_nayar_full;
-// against order 112, NoV from 1e-4).
+// Other lobes under Schlick's term, NoV and alpha in [1e-4, 1], largest errors of E and B against
+// order 160; the last column is GGX inside a dielectric of ior 0.01 to 0.99999:
+//   order   ggx, other maskings   beckmann   charlie, neubelt   charlie, charlie   total reflection
+//   16      5e-5                  1e-3       7e-2               6e-3               2e-2
+//   28      8e-9                  4e-5       6e-4               6e-6               2e-5
+//   40      1e-10                 4e-7       3e-6               2e-7               6e-8
+//   56      4e-12                 3e-10      9e-9               1e-8               1e-9
+//   80      1e-13                 2e-14      1e-10              1e-10              3e-10
+//
+// Diffuse lobes stay below the first table: at most 4e-2 at order 4, 2e-3 at 6, 1e-4 at 8, 7e-6 at
+// 10, 9e-7 at 12, 1e-7 at 14, 2e-8 at 16, 9e-10 at 20, 4e-11 at 28 (the last six by
+// oren_nayar_full; against order 112, NoV from 1e-4).
 namespace kiln {
 
-/// Nodes of one texel at an order: those inside, and those of the four pieces of the elevation.
-/// Of a diffuse lobe: two pieces of both.
-constexpr std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder order) {
-    const std::uint64_t n = order.elevation, m = order.azimuth, reflecting = 2 * n + n / 2;
-    if (kind.diffuse != kSpecular) return 2 * n * 2 * m;
-    return reflecting * (kind.fresnel != kNoFresnel ? 1 + m : 1) + n / 2;
-}
+/// Nodes of one texel at an order: those inside, and those of all pieces of the elevation.
+std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder order);
+
+/// Whether 1 - E is integrated by itself, without the subtraction that would lose its digits, and 0
+/// at alpha 0: of lobes under Smith's maskings.
+bool integrates_deficit(const QuadratureKind& kind);
+
+/// Parameters that the kind does not object to, for launches that compare devices.
+QuadratureParameters any_quadrature_parameters(const QuadratureKind& kind);
 
 /// (node, weight) of the Gauss-Legendre rule on [0, 1], of each of these counts in turn: by + - x /
 /// and square roots alone, so the same on every machine. Error <= 2e-16.
@@ -70,11 +82,22 @@ constexpr std::size_t quadrature_start(double tolerance) {
     return fine || step == 0 ? step : step - 1;
 }
 
-/// What float arithmetic may add to a value beyond the rule's own error.
+/// Relative errors of 1 - E count from here on: below it E is 1 to all digits of a double.
+inline constexpr double kDeficitLeast = 1e-14;
+
+/// Of a kind: other lobes than those of the first table need two steps more.
+constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolerance) {
+    const std::size_t more = std::holds_alternative<LobeRule>(kind.rule) ? 2 : 0;
+    return std::min(quadrature_start(tolerance) + more, kQuadratureLast - 1);
+}
+
+/// What float arithmetic may add to a value beyond the rule's own error, as part of max(1, E).
 inline constexpr double kQuadratureFloatRounding = 1e-6;
+/// The same of a kind: Charlie's masking is exp L, L up to 20, and half a unit of that is 1e-6.
+double quadrature_float_rounding(const QuadratureKind& kind);
 
 struct QuadratureTolerance {
-    double absolute = 1e-9;       ///< of E and B
+    double absolute = 1e-9;       ///< of E and B, as part of max(1, E): Charlie's E has no bound
     double deficit_relative = 0;  ///< of 1 - E; 0: it is not asked for
 };
 
@@ -139,6 +162,9 @@ QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& k
                                        std::span<const double> alpha, double tolerance,
                                        const std::function<void()>& between);
 /// Of the deficit.
-QuadratureKind quadrature_average_kind(Masking masking);
+QuadratureKind quadrature_average_kind(const KernelMaterial& lobe);
+/// Of a lobe (lobe_of() in plan.h) under a Fresnel term, with its parameters where it has one.
+QuadratureKind quadrature_kind(const KernelMaterial& lobe, int fresnel,
+                               const QuadratureParameters& parameters, Precision precision);
 
 }  // namespace kiln

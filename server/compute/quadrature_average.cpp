@@ -15,28 +15,51 @@ QuadratureTolerance tenth(double tolerance) {
     return {tolerance / 10, tolerance > 1e-9 ? 0 : 1e-7};
 }
 
-/// NoV and weight of 2 NoV dNoV. The cosine is alpha w (v^-8 - 1), as in kernels/ray.h, and v is
-/// linear in the square of the node: 1 - E goes like NoV log NoV at the horizon, which the square
-/// takes to the 12th order.
+/// NoV from one end to the other; the nodes are dense at `from`, from the distance `width` on.
+struct AveragePiece {
+    double from = 0, to = 1, width = 0.5;
+};
+
+/// Maskings of Charlie's go like powers of 0.17 to 0.2 at both ends, and two fits meet at 1/2.
+std::vector<AveragePiece> pieces_of(const QuadratureKind& kind, double alpha) {
+    constexpr double kTip = 1e-10;
+    if (is_diffuse(kind)) return {{0, 1, 0.5}};
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    if (lobe && lobe->masking >= static_cast<int>(Masking::charlie))
+        return {{0, 0.5, kTip}, {1, 0.5, kTip}};
+    if (lobe && lobe->distribution == static_cast<int>(Distribution::charlie))
+        return {{0, 1, 0.5 * std::sqrt(alpha)}};
+    return {{0, 1, std::min(0.7 * alpha, 0.5)}};
+}
+
+/// NoV and weight of 2 NoV dNoV. The distance from a piece's start is width (v^-8 - 1), as in
+/// kernels/ray.h, and v is linear in the square of the node: 1 - E goes like NoV log NoV at the
+/// horizon, which the square takes to the 12th order.
 class AverageRule {
   public:
     explicit AverageRule(unsigned order) : order_(order), nodes_(gauss_legendre({order})) {}
 
-    void append(double alpha, std::vector<double>& NoV, std::vector<double>& weights) const {
-        const double width = std::min(0.7 * alpha, 0.5);
-        const double slope = 1 / std::sqrt(std::sqrt(std::sqrt(1 + 1 / width))) - 1;
+    void append(const std::vector<AveragePiece>& pieces, std::vector<double>& NoV,
+                std::vector<double>& weights) const {
+        for (const AveragePiece& piece : pieces) append(piece, NoV, weights);
+    }
+
+  private:
+    void append(const AveragePiece& piece, std::vector<double>& NoV,
+                std::vector<double>& weights) const {
+        const double length = std::abs(piece.to - piece.from);
+        const double side = piece.to > piece.from ? 1 : -1;
+        const double slope = 1 / std::sqrt(std::sqrt(std::sqrt(1 + length / piece.width))) - 1;
         for (std::size_t i = 0; i < order_; ++i) {
             const double u = nodes_[2 * i], v = 1 + slope * (u * u);
             const double v2 = v * v, v4 = v2 * v2, growth = 1 / (v4 * v4);
-            const double cosine = std::min(1.0, width * (growth - 1));
+            const double cosine = std::min(1.0, piece.from + side * (piece.width * (growth - 1)));
             NoV.push_back(cosine);
             weights.push_back(nodes_[2 * i + 1] * 2 * cosine *
-                              (-16 * width * slope * u * growth / v));
+                              (-16 * piece.width * slope * u * growth / v));
         }
     }
-    std::size_t order() const { return order_; }
 
-  private:
     std::size_t order_;
     std::vector<double> nodes_;
 };
@@ -46,30 +69,31 @@ QuadratureAverages at_order(Backend& backend, const QuadratureKind& kind,
                             const QuadratureParameters& parameters, std::span<const double> alpha,
                             std::span<const std::size_t> places, const AverageRule& rule,
                             double tolerance) {
-    const bool matte = kind.diffuse != kSpecular;
+    const bool matte = is_diffuse(kind);
     std::vector<double> NoV, weights, alphas;
     for (const std::size_t place : places) {
-        rule.append(matte ? 1 : alpha[place], NoV, weights);
-        alphas.insert(alphas.end(), rule.order(), alpha[place]);
+        rule.append(pieces_of(kind, alpha[place]), NoV, weights);
+        alphas.resize(NoV.size(), alpha[place]);
     }
+    const std::size_t nodes = weights.size() / places.size();
     const QuadratureTolerance each =
-        matte ? QuadratureTolerance{tolerance / 10, 0} : tenth(tolerance);
+        integrates_deficit(kind) ? tenth(tolerance) : QuadratureTolerance{tolerance / 10, 0};
     const QuadratureResult found =
         integrate_quadrature(backend, kind, {NoV, alphas, parameters, {}}, each);
     const std::vector<double>& values = matte ? found.E : found.deficit;
     QuadratureAverages sums{{}, found.evaluations};
-    for (std::size_t i = 0; i < weights.size(); i += rule.order())
+    for (std::size_t i = 0; i < weights.size(); i += nodes)
         sums.mean.push_back(
             std::inner_product(weights.begin() + static_cast<std::ptrdiff_t>(i),
-                               weights.begin() + static_cast<std::ptrdiff_t>(i + rule.order()),
+                               weights.begin() + static_cast<std::ptrdiff_t>(i + nodes),
                                values.begin() + static_cast<std::ptrdiff_t>(i), 0.0));
     return sums;
 }
 
 }  // namespace
 
-QuadratureKind quadrature_average_kind(Masking masking) {
-    return {masking, kNoFresnel, Precision::float64, kSpecular};
+QuadratureKind quadrature_average_kind(const KernelMaterial& lobe) {
+    return quadrature_kind(lobe, kNoFresnel, {}, Precision::float64);
 }
 
 QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& kind,
@@ -79,9 +103,10 @@ QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& k
     constexpr std::size_t kPlacesALaunch = 256;
     QuadratureAverages result{std::vector<double>(alpha.size(), 0.0), 0};
     std::vector<std::size_t> left;
-    const std::size_t start = quadrature_start(std::max(tolerance, 1e-6));
+    const bool relative = tolerance <= 1e-9 && integrates_deficit(kind);
+    const std::size_t start = quadrature_start(kind, std::max(tolerance, 1e-6));
     for (std::size_t i = 0; i < alpha.size(); ++i)
-        if (alpha[i] > 0 || kind.diffuse != kSpecular) left.push_back(i);
+        if (alpha[i] > 0 || !integrates_deficit(kind)) left.push_back(i);
     for (std::size_t step = start; step <= kQuadratureLast && !left.empty(); ++step) {
         const AverageRule rule(kQuadratureSteps[step].order.elevation);
         std::vector<std::size_t> unsettled;
@@ -94,9 +119,9 @@ QuadratureAverages quadrature_averages(Backend& backend, const QuadratureKind& k
             for (std::size_t i = 0; i < places.size(); ++i) {
                 double& value = result.mean[places[i]];
                 const double next = sums.mean[i];
-                const bool agree =
-                    std::abs(next - value) <=
-                    (tolerance > 1e-9 ? tolerance / 10 : std::min(1e-10, 1e-6 * next));
+                const bool agree = std::abs(next - value) <=
+                                   (relative ? std::min(1e-10, 1e-6 * std::max(next, kDeficitLeast))
+                                             : tolerance / 10);
                 value = next;
                 if (step == start || !agree) unsettled.push_back(places[i]);
             }

@@ -9,6 +9,7 @@
 #include "server/compute/facet_albedos.h"
 #include "server/compute/order_map.h"
 #include "server/compute/quadrature.h"
+#include "server/compute/quadrature_integrals.h"
 #include "server/compute/replicates.h"
 #include "server/compute/sparse_table.h"
 #include "server/compute/stopping.h"
@@ -37,70 +38,6 @@ struct Means {
     std::array<std::vector<double>, kTermCount> of;
     std::vector<float> error;
 };
-
-/// One run of the kernel: E and the deficit, and the term that it adds to them (or kWeight). Of a
-/// diffuse lobe the term alone.
-struct Integral {
-    QuadratureKind kind;
-    std::size_t term = kWeight;
-    QuadratureParameters parameters{};
-};
-
-/// The scalars of a channel's Fresnel term, and the diffuse albedo.
-QuadratureParameters parameters_of(const Pass& pass, std::size_t colour) {
-    QuadratureParameters parameters;
-    std::copy_n(pass.parameters.begin() + static_cast<std::ptrdiff_t>(colour * kFresnelParameters),
-                kFresnelParameters, parameters.begin());
-    parameters.back() = pass.parameters[kAlbedoParameter + colour];
-    return parameters;
-}
-
-std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass) {
-    const KernelMaterial& material = pass.what.material;
-    // Averages are integrated in double, as their deficits are.
-    const Precision precision = material.averaged ? Precision::float64 : job.precision;
-    std::vector<Integral> list;
-    for (std::size_t colour = 0; colour < 3; ++colour)
-        for (const std::size_t first : {kDiffuse, kTransmitted}) {
-            const std::size_t term = first + colour;
-            if (!(material.terms >> term & 1)) continue;
-            const int fresnel = first == kTransmitted ? material.fresnel : kNoFresnel;
-            list.push_back({{Masking::smith_correlated, fresnel, precision, material.diffuse},
-                            term,
-                            parameters_of(pass, colour)});
-        }
-    return list;
-}
-
-/// The runs that a pass takes, one for each Fresnel term in it.
-std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
-    const KernelMaterial& material = pass.what.material;
-    if (std::vector<Integral> matte = diffuse_integrals_of(job, pass); !matte.empty()) return matte;
-    if (material.averaged) return {{quadrature_average_kind(job.masking), kWeight, {}}};
-    std::vector<Integral> list;
-    const auto add = [&](std::size_t term, int fresnel, const QuadratureParameters& parameters) {
-        list.push_back({{job.masking, fresnel, job.precision, kSpecular}, term, parameters});
-    };
-    if (material.terms & 1 << kSchlick) {
-        const double exponent = pass.parameters[kExponentParameter];
-        if (exponent == 5)
-            add(kSchlick, kSchlickWeight, {});
-        else
-            add(kSchlick, kSchlickPower, {0, 1, exponent});
-    }
-    for (std::size_t colour = 0; colour < 3; ++colour) {
-        if (!(material.terms & 1 << (kColour + colour))) continue;
-        add(kColour + colour, material.fresnel, parameters_of(pass, colour));
-    }
-    if (list.empty()) add(kWeight, kNoFresnel, {});
-    return list;
-}
-
-/// Whether light walks over facets: no kernel has that.
-bool walks(const Pass& pass) {
-    return pass.what.material.diffuse ==
-           static_cast<int>(DiffuseModel::ggx_lambert) - static_cast<int>(DiffuseModel::lambert);
-}
 
 class Quadrature {
   public:
@@ -262,9 +199,11 @@ class Quadrature {
 
     QuadratureTolerance tolerance_of(const Pass& pass) const {
         const bool single = job_.precision == Precision::float32;
-        const double least = single ? kQuadratureFloatRounding / 2 : 0;
+        const QuadratureKind lobe = quadrature_average_kind(pass.what.material);
+        const double least = single ? quadrature_float_rounding(lobe) / 2 : 0;
         QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
-        if (pass.what.material.terms & 1 << kDeficit)
+        const bool asked = pass.what.material.terms & 1 << kDeficit;
+        if (asked && integrates_deficit(lobe))
             tolerance.deficit_relative = std::max(kDeficitTolerance, tolerance_);
         return tolerance;
     }
@@ -298,7 +237,7 @@ class Quadrature {
             const float* errors = mapped ? &maps_[k].error[first] : found.error.data();
             for (std::size_t i = 0; i < count; ++i)
                 means.error[i] = std::max(means.error[i], errors[i]);
-            if (integral.kind.diffuse != kSpecular) {
+            if (is_diffuse(integral.kind)) {
                 means.of[integral.term] = std::move(found.E);
                 continue;
             }
@@ -315,7 +254,7 @@ class Quadrature {
         for (std::size_t i = first; i < first + count; ++i) alpha.push_back(pass.places.alpha(i));
         Means means;
         for (const Integral& integral : integrals_of(job_, pass)) {
-            const bool matte = integral.kind.diffuse != kSpecular;
+            const bool matte = is_diffuse(integral.kind);
             // A float holds no more of an albedo; of the deficit it does.
             const bool coarse = matte && job_.precision == Precision::float32;
             const double tolerance = coarse ? std::max(tolerance_, kFloatAverage) : tolerance_;
@@ -414,15 +353,6 @@ class Quadrature {
 };
 
 }  // namespace
-
-std::vector<KernelKind> quadrature_kernels(const JobSpec& job, const Plan& plan) {
-    std::vector<KernelKind> kernels;
-    for (const Pass& pass : plan.passes) {
-        if (walks(pass)) continue;
-        for (const Integral& integral : integrals_of(job, pass)) kernels.push_back(integral.kind);
-    }
-    return kernels;
-}
 
 Outcome integrate_by_quadrature(const JobSpec& job, const Plan& plan, Backend& backend,
                                 ThreadPool& pool, double tolerance, const Control& control) {

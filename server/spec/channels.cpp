@@ -45,10 +45,6 @@ int channel_count(const FresnelModel& model) {
     __builtin_unreachable();
 }
 
-bool quadrature_knows_lobe(const JobSpec& job) {
-    return job.distribution == Distribution::ggx && job.masking <= Masking::smith_separable;
-}
-
 namespace {
 /// A dielectric seen from inside, in any channel or slice.
 bool reflects_totally(const JobSpec& job) {
@@ -70,11 +66,11 @@ std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantit
         return "diffuse " + quoted(to_word(job.diffuse.model)) + ", which " +
                quoted(to_word(quantity)) + " reads";
     if (reads_diffuse(quantity) && !total) return {};
-    if (!quadrature_knows_lobe(job))
-        return "distribution " + quoted(to_word(job.distribution)) + " under masking " +
-               quoted(to_word(job.masking));
-    if (reads_fresnel(quantity) && reflects_totally(job))
-        return "an ior below 1: total reflection begins at a kink of the integrand";
+    const bool under =
+        total && job.coupling == Coupling::half_vector && job.diffuse.model != DiffuseModel::none;
+    if (under && reflects_totally(job))
+        return "a diffuse lobe under an ior below 1 by coupling \"half_vector\": total reflection "
+               "begins at a kink across its rule";
     return {};
 }
 

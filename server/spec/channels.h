@@ -25,8 +25,6 @@ bool reads_fresnel(Quantity quantity);
 bool reads_diffuse(Quantity quantity);
 bool reads_multiscatter(Quantity quantity);
 
-/// Whether the lobe is one that quadrature has a rule for (kernels/quadrature.h).
-bool quadrature_knows_lobe(const JobSpec& job);
 /// What keeps quadrature from a quantity of the job, as the object of "has no rule for"; empty
 /// where nothing does.
 std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantity);

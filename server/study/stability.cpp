@@ -227,8 +227,8 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
                                      quadrature_part(), sampled_part(),  diffuse_albedo_part(),
                                      averages_part(),   couplings_part()};
     std::vector<KernelKind> kernels{
-        QuadratureKind{Masking::smith_correlated, kSchlickWeight, Precision::float32},
-        QuadratureKind{Masking::smith_separable, kSchlickWeight, Precision::float32}};
+        QuadratureKind{SmithRule{Masking::smith_correlated, kSchlickWeight}},
+        QuadratureKind{SmithRule{Masking::smith_separable, kSchlickWeight}}};
     for (const Part& part : parts)
         for (const Specialisation& what : part.programs)
             if (std::find(kernels.begin(), kernels.end(), KernelKind(what)) == kernels.end())

@@ -159,7 +159,7 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
         const std::vector<Scalar> own(nodes.begin(), nodes.end());
         std::vector<Scalar> values(3 * stride);
         const std::vector<Scalar> parameters(kQuadratureParameters);
-        const QuadratureKind kind{masking, kSchlickWeight, precision};
+        const QuadratureKind kind{SmithRule{masking, kSchlickWeight}, precision};
         backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, own, parameters, order, values});
         for (std::size_t plane = 0; plane < 3; ++plane)
             for (std::size_t i = 0; i < places.size(); ++i)
@@ -173,7 +173,8 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
 }
 
 double Bench::average_deficit(Masking masking, double alpha) {
-    return quadrature_averages(engine_.native(), quadrature_average_kind(masking), {},
+    const KernelMaterial lobe{.masking = static_cast<int>(masking)};
+    return quadrature_averages(engine_.native(), quadrature_average_kind(lobe), {},
                                std::array{alpha}, 1e-9, [&] { look(); })
         .mean[0];
 }

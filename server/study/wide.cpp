@@ -42,6 +42,7 @@ inline real lane_erfcx_deficit(real a) {
 #include "kernels/ggx.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
+#include "kernels/charlie.h"
 #include "kernels/microfacet.h"
 #include "kernels/ggx_lambert.h"
 #include "kernels/material.h"

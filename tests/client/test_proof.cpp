@@ -9,7 +9,7 @@ namespace {
 FullSet full_set(std::int64_t sample_count) {
     PlanOptions options;
     options.sample_count = sample_count;
-    options.diffuse = DiffuseModel::burley;
+    options.diffuse = DiffuseModel::chan2018;
     return full_set_of(plan_scene(
         read_scene(R"({"materials":[{"lobes":["metal","diffuse","sheen"]}]})", {}), options));
 }
@@ -25,7 +25,7 @@ TEST(Proof, WhatIsSampledForItHasSamplesOfItsOwn) {
         EXPECT_EQ(coarse.jobs[i], fine.jobs[i]);
         EXPECT_LE(coarse.jobs[i].target_error.value(), 1e-3);
     }
-    EXPECT_EQ(sampled, 1u) << "sheen; quadrature has the others";
+    EXPECT_EQ(sampled, 1u) << "chan2018; quadrature has the others";
 }
 
 }  // namespace

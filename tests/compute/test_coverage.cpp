@@ -177,7 +177,7 @@ TEST(StiffDeficit, AveragesHaveItToo) {
         const Outcome outcome = bake(job);
         for (std::size_t i = 0; i < 4; ++i) {
             const double deficit =
-                quadrature_averages(*native, quadrature_average_kind(job.masking), {},
+                quadrature_averages(*native, quadrature_average_kind(lobe_of(job)), {},
                                     std::array{places.alpha(i)}, 1e-9, [] {})
                     .mean[0];
             const double error = 1 - deficit - outcome.table.planes[0][i];

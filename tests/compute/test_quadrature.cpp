@@ -17,6 +17,10 @@ namespace kiln {
 namespace {
 
 constexpr int kFresnelModels = 6;  // KILN_FRESNEL_NONE to _F82_TINT
+constexpr int kDielectric = 3;
+/// KILN_GGX … and KILN_KARIS_IBL …: the lobes of kernels/quadrature_lobe.h, the softened one last.
+constexpr std::pair<int, int> kLobes[] = {{0, 2}, {0, 3}, {0, 4}, {1, 0},
+                                          {1, 1}, {2, 5}, {2, 6}, {2, 7}};
 constexpr Masking kMaskings[] = {Masking::smith_correlated, Masking::smith_separable};
 
 reference::Masking in_reference(Masking masking) {
@@ -128,8 +132,9 @@ TEST(Quadrature, AveragesAreThoseOfTheReference) {
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const std::vector<double> alphas = {0, 1e-4, 0.01, 0.1, 0.25, 1.0};
     for (const Masking masking : kMaskings) {
+        const KernelMaterial lobe{.masking = static_cast<int>(masking)};
         const auto deficits =
-            quadrature_averages(*backend, quadrature_average_kind(masking), {}, alphas, 1e-9, [] {
+            quadrature_averages(*backend, quadrature_average_kind(lobe), {}, alphas, 1e-9, [] {
             }).mean;
         ASSERT_EQ(deficits.size(), alphas.size());
         EXPECT_EQ(deficits[0], 0);
@@ -185,9 +190,8 @@ TEST(QuadratureOnNative, FloatIsWithin1e6OfDouble) {
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const Request request;
     for (const Masking masking : kMaskings) {
-        const auto narrow =
-            integrate_quadrature(*backend, {masking, kSchlickWeight, Precision::float32},
-                                 {request.NoV, request.alpha, {}}, {1e-6, 0});
+        const auto narrow = integrate_quadrature(*backend, {SmithRule{masking, kSchlickWeight}},
+                                                 {request.NoV, request.alpha, {}}, {1e-6, 0});
         EXPECT_TRUE(narrow.converged());
         for (std::size_t i = 0; i < request.NoV.size(); ++i) {
             SCOPED_TRACE(testing::Message() << request.NoV[i] << " " << request.alpha[i]);
@@ -203,12 +207,13 @@ TEST(QuadratureOnNative, DoubleSettlesEveryTexelAtTheOrderThatItNeeds) {
     ThreadPool pool(2);
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());
     const Request request;
-    const QuadratureKind kind{Masking::smith_separable, kSchlickWeight, Precision::float64};
+    const Masking masking = Masking::smith_separable;
+    const QuadratureKind kind{SmithRule{masking, kSchlickWeight}, Precision::float64};
     const auto result =
         integrate_quadrature(*backend, kind, {request.NoV, request.alpha, {}}, {1e-10, 1e-7});
     EXPECT_TRUE(result.converged());
     for (std::size_t i = 0; i < request.NoV.size(); ++i) {
-        const auto wide = quadrature_albedo(request.NoV[i], request.alpha[i], kind.masking);
+        const auto wide = quadrature_albedo(request.NoV[i], request.alpha[i], masking);
         EXPECT_NEAR(result.E[i], wide.E, 1e-9);
         EXPECT_NEAR(result.B[i], wide.B, 1e-9);
     }
@@ -236,10 +241,9 @@ std::vector<Scalar> values(Backend& backend, const QuadratureKind& kind) {
     const std::vector<double> rule = quadrature_nodes(kind, kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
     std::vector<Scalar> out(quadrature_planes(kind) * stride);
-    const auto parameters = any_parameters<Scalar>();
-    backend.run(QuadratureLaunch<Scalar>{
-        kind, stride, texels, nodes,
-        std::span<const Scalar>(parameters).first(kQuadratureParameters), kOrder, out});
+    const QuadratureParameters numbers = any_quadrature_parameters(kind);
+    const std::vector<Scalar> parameters(numbers.begin(), numbers.end());
+    backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, nodes, parameters, kOrder, out});
     return out;
 }
 
@@ -247,19 +251,32 @@ template <typename Scalar>
 void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
     const auto mine = values<Scalar>(a, kind), other = values<Scalar>(b, kind);
     EXPECT_EQ(std::memcmp(mine.data(), other.data(), mine.size() * sizeof(Scalar)), 0)
-        << static_cast<int>(kind.masking) << kind.fresnel << ' ' << kind.diffuse;
+        << "rule " << kind.rule.index() << ", Fresnel " << fresnel_of(kind);
 }
 
-/// Every lobe under every Fresnel term: those of the diffuse lobes in turn.
+/// GGX under Smith's maskings under every Fresnel term; those of all other lobes in turn, and total
+/// reflection.
 std::vector<QuadratureKind> kinds() {
     constexpr int kDiffuseModels = 10;
     std::vector<QuadratureKind> list;
     for (const Precision precision : {Precision::float32, Precision::float64}) {
         for (const Masking masking : kMaskings)
             for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel)
-                list.push_back({masking, fresnel, precision});
+                list.push_back({SmithRule{masking, fresnel}, precision});
         for (int model = 0; model < kDiffuseModels; ++model)
-            list.push_back({kMaskings[0], model % kFresnelModels, precision, model});
+            list.push_back({DiffuseRule{model, model % kFresnelModels}, precision});
+    }
+    // Of the rule for every lobe, in turn, to spare compilers: precision changes no line of it.
+    int turn = 0;
+    const auto precision = [&] { return turn % 2 == 0 ? Precision::float32 : Precision::float64; };
+    for (const auto& [distribution, masking] : kLobes) {
+        list.push_back({LobeRule{distribution, masking, turn % kFresnelModels}, precision()});
+        ++turn;
+    }
+    for (const std::size_t i : {0, 3, 6, 1}) {
+        list.push_back(
+            {LobeRule{kLobes[i].first, kLobes[i].second, kDielectric, true}, precision()});
+        ++turn;
     }
     return list;
 }

@@ -52,8 +52,9 @@ TEST(QuadratureOfDiffuse, IsThatOfTheReferenceInDouble) {
     for (const DiffuseModel model : models())
         for (const int fresnel : {kNoFresnel, kSchlickWeight}) {
             const QuadratureKind kind{
-                Masking::smith_correlated, fresnel, Precision::float64,
-                static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert)};
+                DiffuseRule{static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert),
+                            fresnel},
+                Precision::float64};
             QuadratureParameters parameters{kF0, 1 - kF0};
             parameters.back() = kAlbedo;
             const QuadratureResult found =

@@ -138,6 +138,52 @@ TEST_P(QuadratureJobs, DeriveTheOtherQuantities) {
     EXPECT_GT(baked.outcome.report.work.multiscatter_evaluations, 0u);
 }
 
+// Cloth and total reflection: specular and average of a lobe that has a rule of its own.
+TEST_P(QuadratureJobs, ServeEveryLobe) {
+    const Baked cloth = bake(R"("quantities":["specular_albedo","average_albedo"],)"
+                             R"("microfacet":{"distribution":"charlie","masking":"neubelt"},)"
+                             R"("fresnel":{"model":"schlick","f0":0.04},)" +
+                                 at(0.5, 0.25),
+                             GetParam());
+    const reference::Microfacet charlie{reference::Distribution::charlie,
+                                        reference::Visibility::neubelt, 0.25};
+    const auto& planes = cloth.outcome.table.planes;
+    EXPECT_NEAR(planes[0][0],
+                reference::microfacet_albedo(charlie, 0.5, reference::fresnel_schlick(0.04, 1)),
+                6.1e-8);
+    EXPECT_NEAR(planes[1][0], reference::microfacet_average(charlie), 7e-8);
+    EXPECT_EQ(cloth.outcome.report.status, "converged");
+    EXPECT_EQ(cloth.outcome.report.device.backend, GetParam());
+    const Baked glass = bake(R"("quantities":["specular_albedo"],)"
+                             R"("fresnel":{"model":"dielectric","ior":0.6667},)" +
+                                 at(0.7, 0.1),
+                             GetParam());
+    EXPECT_NEAR(glass.outcome.table.planes[0][0],
+                reference::microfacet_albedo(
+                    {reference::Distribution::ggx, reference::Visibility::smith_correlated, 0.1},
+                    0.7, reference::fresnel_dielectric(0.6667)),
+                6.1e-8);
+}
+
+// What was sampled is held against it, whatever the lobe.
+TEST(QuadratureJobsOfReports, HaveAReferenceForEveryLobe) {
+    for (const char* model : {R"("microfacet":{"distribution":"beckmann"})",
+                              R"("microfacet":{"distribution":"charlie","masking":"charlie"})",
+                              R"("microfacet":{"masking":"karis_ibl"})",
+                              R"("fresnel":{"model":"dielectric","ior":0.7})"}) {
+        const JobSpec job =
+            parse_job(R"({"quantities":["specular_albedo"],"resolution":[4,4],"sample_count":4096,)"
+                      R"("device":"native",)" +
+                      std::string(model) + "}");
+        const Report report = Engine({}).run(job, Control{}).report;
+        ASSERT_TRUE(report.error[0].reference_max) << model;
+        EXPECT_GT(*report.error[0].reference_max, 0) << model;
+        // Five standard errors, and what float sums and the 1e-6 of the reference leave.
+        EXPECT_LE(*report.error[0].reference_max, 6.2 * *report.error[0].standard_error_max + 1e-5)
+            << model;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Devices, QuadratureJobs, testing::Values("native", "opencl"),
                          [](const auto& device) { return std::string(device.param); });
 
