@@ -72,10 +72,10 @@ struct SliceOptions {
 };
 
 struct ViewOptions {
-    std::string file, output;  ///< output: .png
-    double theta_in = 30;      ///< degrees
-    std::size_t size = 640;    ///< pixels along the picture
-    bool sphere = false;       ///< a lit sphere in place of the lobe
+    std::string file, output;        ///< output: .png
+    std::optional<double> theta_in;  ///< degrees; 30 where none is given
+    std::size_t size = 640;          ///< pixels along the picture
+    bool sphere = false;             ///< a lit sphere in place of the lobe
     measured::Extrapolation extrapolation;
 };
 

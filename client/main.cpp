@@ -159,7 +159,8 @@ void add_view(CLI::App& measure, Arguments& arguments) {
         ->check(CLI::Range(0.0, 89.0).description(""));
     command.add_option("--size", options.size, "pixels along the picture; else 640")
         ->check(CLI::Range(64, 2048).description(""));
-    command.add_flag("--sphere", options.sphere, "a lit sphere in place of the lobe");
+    command.add_flag("--sphere", options.sphere,
+                     "a lit sphere in place of the lobe; goes without --theta-in");
     command.footer("Example:\n  kiln measure view paint.bsdf --theta-in 30 -o lobe.png");
     command.callback(
         [&arguments, &options] { arguments.run = [&options] { return measure_view(options); }; });

@@ -56,13 +56,22 @@ std::string fit_json(const Fit& fit) {
 Exit measure_view(const ViewOptions& options) {
     if (extension_of(options.output) != "png")
         throw Failure(Exit::usage, "usage", "-o: name a file that ends in .png");
+    if (options.sphere && options.theta_in)
+        throw Failure(Exit::usage, "usage",
+                      "--theta-in is of a lobe; a sphere is lit from all sides. Leave one out");
     check_output(options.output);
+    constexpr double kThetaIn = 30;
+    const double theta_in = options.theta_in.value_or(kThetaIn);
     const Material material = material_of(options.file, options.extrapolation);
+    const std::string beyond = options.sphere ? "" : beyond_measured(material, theta_in);
+    if (!beyond.empty()) say("kiln: " + printable(options.file) + ": " + beyond);
     Resampler resampler;
     const LobeTables tables = make_lobe_tables(material);
-    write_output(options.output,
-                 options.sphere ? sphere_view(tables, options.size, resampler)
-                                : lobe_view(tables, options.theta_in, options.size, resampler));
+    const View view =
+        options.sphere
+            ? sphere_view(tables, {options.size, options.size, ""}, resampler)
+            : lobe_view(tables, theta_in, {options.size, options.size * 3 / 4, ""}, resampler);
+    write_output(options.output, png_of(view.picture, view.words));
     return Exit::done;
 }
 

@@ -34,6 +34,12 @@ struct MiniDiffGrid {
 /// Values with seven digits.
 std::string minidiff_file(const Material& material, const MiniDiffGrid& grid = {});
 
+/// One surface as the two programs of LOFT's scatterometer wrote it, in the angles of those files:
+/// about the mirror direction in steps of 10 degrees of azimuth, four digits; absolute in steps of
+/// 5 and 10 degrees to 80, six decimals. The values are red.
+std::string zemax_file(const Material& material);
+std::string fred_file(const Material& material);
+
 /// A file of few values for each reader, valid as it is: where mutations start.
 std::string small_file(std::string_view reader);
 
