@@ -180,13 +180,20 @@ void add_measure(CLI::App& app, Arguments& arguments) {
     });
     CLI::App& fit_command =
         *measure.add_subcommand("fit", "Fit analytic models to a measured file, and say the error");
-    fit_command.add_option("file", arguments.file, "- for standard input")
+    fit_command.add_option("file", arguments.fit.file, "- for standard input")
         ->required()
         ->type_name("FILE");
+    fit_command
+        .add_option("--error-map", arguments.fit.error_map,
+                    ".png or .exr: where each model misses, about the mirror direction")
+        ->type_name("FILE");
     add_json(fit_command, arguments);
-    fit_command.footer("Example:\n  kiln measure fit paint.bsdf");
+    fit_command.footer("Example:\n  kiln measure fit paint.bsdf --error-map misses.png");
     fit_command.callback([&arguments] {
-        arguments.run = [&] { return measure_fit(arguments.file, arguments.json); };
+        arguments.run = [&] {
+            arguments.fit.json = arguments.json;
+            return measure_fit(arguments.fit);
+        };
     });
     add_slices(measure, arguments);
     add_upload(measure, arguments);

@@ -228,6 +228,35 @@ void add_lamp(const LobeTables& tables, Resampler& resampler, const std::vector<
 
 }  // namespace
 
+View error_view(const std::vector<std::pair<std::string, Table>>& maps,
+                const std::vector<double>& theta_in) {
+    constexpr double kFull = 0.5;
+    constexpr std::size_t kHead = 40, kGap = 8;
+    const std::size_t width = maps.front().second.width, height = maps.front().second.height;
+    View view;
+    view.picture = {maps.size() * (width + kGap) - kGap, kHead + height, {}};
+    view.picture.rgb.assign(3 * view.picture.width * view.picture.height, 255);
+    view.words.push_back({4, 16, "red: brighter than measured, blue: darker; in full at 50 %"});
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+        const std::size_t left = m * (width + kGap);
+        view.words.push_back({static_cast<double>(left) + 4, 34, maps[m].first});
+        for (std::size_t n = 0; n < width * height; ++n) {
+            const double error =
+                std::clamp(static_cast<double>(maps[m].second.planes[0][n]) / kFull, -1.0, 1.0);
+            const double pale = 1 - std::abs(error);
+            const Colour c = {error > 0 ? 1 : pale, pale, error < 0 ? 1 : pale};
+            const std::size_t x = left + n % width, y = kHead + n / width;
+            for (std::size_t k = 0; k < 3; ++k)
+                view.picture.rgb[3 * (y * view.picture.width + x) + k] = srgb_code(c[k]);
+        }
+        for (std::size_t s = 0; s < theta_in.size(); ++s)
+            view.words.push_back({static_cast<double>(left) + 4,
+                                  static_cast<double>(kHead + s * height / theta_in.size()) + 12,
+                                  in_words(theta_in[s]) + " degrees", 10});
+    }
+    return view;
+}
+
 std::string beyond_measured(const Material& material, double theta_in) {
     constexpr double kSame = 1e-3;  // degrees
     const double first = material.theta_in().front(), last = material.theta_in_max();

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "server/compute/table.h"
 #include "server/measured/canvas.h"
 #include "server/measured/resample.h"
 
@@ -29,6 +32,11 @@ View lobe_view(const LobeTables& tables, double theta_in, const Frame& frame, Re
 /// A sphere of the material under two lamps and a sky, of which E(NoV) times its light from the
 /// mirror direction is taken (the split sum).
 View sphere_view(const LobeTables& tables, const Frame& frame, Resampler& resampler);
+
+/// Maps of error_map() side by side, each of slices under `theta_in` downwards: red where a fit is
+/// brighter than the measurement, blue where it is darker, in full at a half; white elsewhere.
+View error_view(const std::vector<std::pair<std::string, Table>>& maps,
+                const std::vector<double>& theta_in);
 
 /// What is to be told of a lobe under light where no incidence was measured nearby; "" between the
 /// first and the last.

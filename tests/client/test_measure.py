@@ -102,6 +102,21 @@ class Measure(KilnTest):
                               "--theta-in", "30", exit_status=2)
         self.assertIn("--theta-in is of a lobe", stderr)
 
+    def test_fits_tell_where_they_miss(self):
+        self.write("paint.csv", lambertian())
+        stdout, _ = self.kiln("measure", "fit", "paint.csv", "--error-map", "e.exr", "--json")
+        fit = json.loads(stdout)["fits"][0]
+        self.assertAlmostEqual(fit["diffuse"][0], RHO, delta=0.01 * RHO)
+        info = json.loads(self.kiln("info", "e.exr", "--json")[0])
+        # Two incidences, one over the other; GGX fits what is Lambertian.
+        self.assertEqual(info["resolution"], [361, 362])
+        for channel in info["channels"]:
+            self.assertLess(max(abs(channel["min"]), abs(channel["max"])), 0.02)
+        self.kiln("measure", "fit", "paint.csv", "--error-map", "e.png")
+        self.assertEqual(struct.unpack(">II", self.read("e.png")[16:24]), (2 * 361 + 8, 362 + 40))
+        _, stderr = self.kiln("measure", "fit", "paint.csv", "--error-map", "e.tif", exit_status=2)
+        self.assertIn("--error-map: name a file", stderr)
+
     def test_companions_and_samplers_are_baked_from_files(self):
         self.write("paint.csv", lambertian())
         self.write("job.json", {"kind": "companion", "measured": {"data": "paint.csv"}})
