@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "server/measured/bounds.h"
 #include "server/measured/byte_scan.h"
 #include "server/measured/observer.h"
 #include "server/measured/reader.h"
@@ -13,9 +14,6 @@
 
 namespace kiln::measured {
 namespace {
-
-/// Nanometres: wider than this, an edge of a spectrum has no place.
-constexpr double kWavelengthStepMax = 25;
 
 using Fields = std::map<std::string, TensorField>;
 
@@ -78,11 +76,11 @@ std::vector<double> wavelengths_of(std::string_view bytes, const Fields& fields)
                                                   in_words(kVisibleHigh));
     for (std::size_t n = 1; n < list.size(); ++n)
         if (list[n - 1] < kVisibleHigh && list[n] > kVisibleLow &&
-            list[n] - list[n - 1] > kWavelengthStepMax)
+            list[n] - list[n - 1] > static_cast<double>(kWavelengthStepMax))
             throw Error("unreadable_measurement", "no spectrum between " + in_words(list[n - 1]) +
                                                       " and " + in_words(list[n]) +
                                                       " nm; a colour needs steps of at most " +
-                                                      in_words(kWavelengthStepMax));
+                                                      std::to_string(kWavelengthStepMax));
     return list;
 }
 
