@@ -17,7 +17,7 @@ void put(std::string& bytes, T value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Three incidences, the last a copy, four by four nodes; colours, or wavelengths every 20 nm.
+/// Three incidences, the last a copy, four by four nodes; colours, or wavelengths every 25 nm.
 std::string small_rgl(bool spectral) {
     const auto floats = [](std::size_t count, auto value) {
         std::string data;
@@ -25,7 +25,7 @@ std::string small_rgl(bool spectral) {
         return data;
     };
     const auto one = [](std::size_t) { return 1.0; };
-    const std::size_t planes = spectral ? 17 : 3, last = 2 * planes * 16;
+    const std::size_t planes = spectral ? 13 : 3, last = 2 * planes * 16;
     std::vector<TensorPart> parts = {
         {"description", 1, {4}, "test"},
         {"phi_i", 10, {1}, floats(1, [](std::size_t) { return 0.0; })},
@@ -48,7 +48,7 @@ std::string small_rgl(bool spectral) {
     };
     if (spectral)
         parts.push_back({"wavelengths", 10, {planes}, floats(planes, [](std::size_t n) {
-                             return 390 + 20 * static_cast<double>(n);
+                             return 400 + 25 * static_cast<double>(n);
                          })});
     return tensor_file(parts);
 }
