@@ -21,6 +21,7 @@ struct Arguments {
     SceneOptions scene;
     SliceOptions slices;
     ViewOptions view;
+    FitOptions fit;
     ServerOptions server;
     std::vector<std::string> files;
     std::string file, other_file, id, state, progress = "auto";

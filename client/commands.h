@@ -72,11 +72,17 @@ struct SliceOptions {
 };
 
 struct ViewOptions {
-    std::string file, output;  ///< output: .png
-    double theta_in = 30;      ///< degrees
-    std::size_t size = 640;    ///< pixels along the picture
-    bool sphere = false;       ///< a lit sphere in place of the lobe
+    std::string file, output;        ///< output: .png
+    std::optional<double> theta_in;  ///< degrees; 30 where none is given
+    std::size_t size = 640;          ///< pixels along the picture
+    bool sphere = false;             ///< a lit sphere in place of the lobe
     measured::Extrapolation extrapolation;
+};
+
+struct FitOptions {
+    std::string file;       ///< "-" for standard input
+    std::string error_map;  ///< .exr or .png, or "" for none
+    bool json = false;
 };
 
 // Each command writes its data to standard output and everything else to standard error, and
@@ -106,7 +112,7 @@ Exit measure_slices(const SliceOptions& options);
 /// A measured file's reflection lobe, or a sphere of its material, as a picture.
 Exit measure_view(const ViewOptions& options);
 /// Analytic models fitted to a measured file, with what they miss.
-Exit measure_fit(const std::string& path, bool json);
+Exit measure_fit(const FitOptions& options);
 Exit list_jobs(const ServerOptions& options, const std::string& state, std::size_t count_max);
 /// `id` may be the start of an id that fits one job alone.
 Exit cancel(const ServerOptions& options, const std::string& id);

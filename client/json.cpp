@@ -207,6 +207,17 @@ Makers read_makers(std::string_view text) {
     return makers;
 }
 
+std::string read_image_size(std::string_view sidecar) {
+    const auto json = parse(sidecar);
+    if (!json || !json->is_object()) return "";
+    const Json image = json->value("image", Json::object());
+    if (!image.is_object()) return "";
+    const Json width = image.value("width", Json()), height = image.value("height", Json());
+    if (!width.is_number_unsigned() || !height.is_number_unsigned()) return "";
+    return std::to_string(width.get<std::uint64_t>()) + " x " +
+           std::to_string(height.get<std::uint64_t>());
+}
+
 std::vector<SliceError> read_lookup_errors(std::string_view sidecar, std::size_t cell) {
     const auto json = parse(sidecar);
     std::vector<SliceError> errors;
@@ -234,8 +245,9 @@ bool is_capabilities(std::string_view text) {
 bool lacks_output_format(std::string_view job_text) {
     const auto json = parse(job_text);
     if (!json || !json->is_object()) return false;
-    const Json kind = json->value("kind", Json("lut"));
-    if (kind != "lut" && kind != "slices" && kind != "atlas") return false;  // a study is a PNG
+    const Json word = json->value("kind", Json("lut"));
+    const auto kind = word.is_string() ? from_word<Kind>(word.get<std::string>()) : std::nullopt;
+    if (!kind || !is_read(*kind, "output")) return false;  // studies and views are PNG
     const auto output = json->find("output");
     return output == json->end() || (output->is_object() && !output->contains("format"));
 }

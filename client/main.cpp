@@ -159,7 +159,8 @@ void add_view(CLI::App& measure, Arguments& arguments) {
         ->check(CLI::Range(0.0, 89.0).description(""));
     command.add_option("--size", options.size, "pixels along the picture; else 640")
         ->check(CLI::Range(64, 2048).description(""));
-    command.add_flag("--sphere", options.sphere, "a lit sphere in place of the lobe");
+    command.add_flag("--sphere", options.sphere,
+                     "a lit sphere in place of the lobe; goes without --theta-in");
     command.footer("Example:\n  kiln measure view paint.bsdf --theta-in 30 -o lobe.png");
     command.callback(
         [&arguments, &options] { arguments.run = [&options] { return measure_view(options); }; });
@@ -179,13 +180,20 @@ void add_measure(CLI::App& app, Arguments& arguments) {
     });
     CLI::App& fit_command =
         *measure.add_subcommand("fit", "Fit analytic models to a measured file, and say the error");
-    fit_command.add_option("file", arguments.file, "- for standard input")
+    fit_command.add_option("file", arguments.fit.file, "- for standard input")
         ->required()
         ->type_name("FILE");
+    fit_command
+        .add_option("--error-map", arguments.fit.error_map,
+                    ".png or .exr: where each model misses, about the mirror direction")
+        ->type_name("FILE");
     add_json(fit_command, arguments);
-    fit_command.footer("Example:\n  kiln measure fit paint.bsdf");
+    fit_command.footer("Example:\n  kiln measure fit paint.bsdf --error-map misses.png");
     fit_command.callback([&arguments] {
-        arguments.run = [&] { return measure_fit(arguments.file, arguments.json); };
+        arguments.run = [&] {
+            arguments.fit.json = arguments.json;
+            return measure_fit(arguments.fit);
+        };
     });
     add_slices(measure, arguments);
     add_upload(measure, arguments);

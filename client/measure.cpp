@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // `measure`: what looks at measured reflectance.
 #include <cstdio>
+#include <filesystem>
 
 #include "client/commands.h"
 #include "client/files.h"
+#include "client/measurements.h"
 #include "client/terminal.h"
-#include "server/image/image.h"
 #include "server/measured/bounds.h"
 #include "server/measured/slices.h"
 #include "server/measured/survey.h"
 #include "server/spec/limits.h"
+#include "server/spec/spec.h"
+#include "server/worker/bake.h"
 
 namespace kiln::client {
 
@@ -84,28 +87,31 @@ SliceLayout layout_of(const SliceOptions& options) {
     return layout;
 }
 
-/// PNG holds no channel for where values come from.
-Encoded encode_slices(const SliceTable& made, const std::string& output) {
-    const std::string extension = extension_of(output);
-    if (extension == "exr")
-        return encode(made.table, ImageFormat::exr, PixelType::half, {{"kiln.layout", "slices"}});
-    if (extension != "png")
-        throw Failure(Exit::usage, "usage", "-o: name a file that ends in .exr or .png");
-    Table colours = made.table;
-    colours.channels.resize(3);
-    colours.planes.resize(3);
-    return encode(colours, ImageFormat::png, PixelType::uint16, {{"kiln.layout", "slices"}});
+/// As a job has names of materials: at most 64 characters.
+std::string name_of(const std::string& path) {
+    constexpr std::size_t kNameMax = 64;
+    const std::string name = printable(std::filesystem::path(path).filename().string());
+    std::size_t end = std::min(name.size(), kNameMax);
+    while (end > 0 && end < name.size() && (name[end] & 0xc0) == 0x80) --end;  // UTF-8 goes on
+    return name.substr(0, end);
 }
 
-void tell_losses(const SliceTable& made, const std::vector<std::string>& names,
-                 const Encoded& encoded) {
-    for (std::size_t m = 0; m < names.size(); ++m)
-        for (const std::string& warning : made.accounts[m].warnings)
-            say("kiln: " + printable(names[m] + ": " + warning));
-    for (std::size_t c = 0; c < encoded.clamped.size(); ++c)
-        if (encoded.clamped[c] > 0)
-            say("kiln: " + std::to_string(encoded.clamped[c]) + " values of " +
-                made.table.channels[c] + " did not fit into the pixels and were clamped");
+/// The job that files and options make.
+JobSpec job_of(const SliceOptions& options, const SliceLayout& layout, MeasurementFiles& files) {
+    const std::string extension = extension_of(options.output);
+    if (extension != "exr" && extension != "png")
+        throw Failure(Exit::usage, "usage", "-o: name a file that ends in .exr or .png");
+    JobSpec job;
+    job.kind = options.files.size() > 1 ? Kind::atlas : Kind::slices;
+    job.resolution = {static_cast<std::int64_t>(layout.width),
+                      static_cast<std::int64_t>(layout.height)};
+    for (const std::string& path : options.files)
+        job.measured.materials.push_back({files.add(path), name_of(path), options.extrapolation});
+    job.measured.theta_in = layout.theta_in;
+    job.measured.gutter = static_cast<std::int64_t>(layout.gutter);
+    job.format = extension == "exr" ? ImageFormat::exr : ImageFormat::png;
+    job.pixel = extension == "exr" ? PixelType::half : PixelType::uint16;
+    return parse_job(canonical(job));  // holds it to the contract
 }
 
 }  // namespace
@@ -114,25 +120,24 @@ Exit measure_slices(const SliceOptions& options) {
     const SliceLayout layout = layout_of(options);
     plan_slices(layout, options.files.size());
     check_output(options.output);
-    std::vector<Material> materials;
-    for (const std::string& path : options.files) {
-        Reading reading = read_file(path);
-        try {
-            materials.emplace_back(reading.components.front(), options.extrapolation,
-                                   reading.understood);
-        } catch (const Error& error) {
-            throw Failure(Exit::usage, error.code(), path + ": " + error.what());
-        }
+    MeasurementFiles files;
+    const JobSpec job = job_of(options, layout, files);
+    EngineOptions native;
+    native.device = DeviceChoice::native;
+    Engine engine(native);
+    Baked made;
+    try {
+        made = kiln::bake(engine, job, {},
+                          [&files](const std::string& digest) { return files.bytes(digest); });
+    } catch (const Failure&) {
+        throw;
+    } catch (const Error& error) {  // of a file: the job is one of ours
+        throw Failure(Exit::usage, error.code(), error.what());
     }
-    std::vector<const Material*> all;
-    for (const Material& material : materials) all.push_back(&material);
-    const SliceTable made = make_slices(layout, all);
-    const Encoded encoded = encode_slices(made, options.output);
-    tell_losses(made, options.files, encoded);
-    write_output(options.output, encoded.bytes);
-    const std::string sidecar = sidecar_json(layout, made, options.files);
-    if (!options.sidecar.empty()) write_output(options.sidecar, sidecar);
-    if (options.json) std::printf("%s\n", sidecar.c_str());
+    for (const std::string& warning : made.report.warnings) say("kiln: " + printable(warning));
+    write_output(options.output, made.image);
+    if (!options.sidecar.empty()) write_output(options.sidecar, made.sidecar + "\n");
+    if (options.json) std::printf("%s\n", made.sidecar.c_str());
     return Exit::done;
 }
 
@@ -149,7 +154,8 @@ Exit measure_info(const std::string& path, bool json) {
     print("");
     for (const Finding& finding : account.findings)
         print(finding.what + ": " + finding.value + " (" + finding.evidence + ")");
-    for (const LeftOut& left : account.left_out) print("left out: " + left.what + ": " + left.why);
+    for (const measured::LeftOut& left : account.left_out)
+        print("left out: " + left.what + ": " + left.why);
     for (const std::string& warning : account.warnings) print("warning: " + warning);
     for (const ComponentSurvey& part : parts) print_component(part);
     print("");

@@ -46,6 +46,7 @@ std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
             rows[i + 1].push_back(value ? format_error(*value) : "-");
         }
     }
+    if (rows[0].size() == 1) return {};  // of a view nothing is measured
     return columns(rows);
 }
 
@@ -77,7 +78,8 @@ void summarise(const Report& report, const JobSpec& job, const Written& written)
     const Terminal terminal = standard_error();
     if (!written.brief) {
         const std::string name = written.output == "-" ? "standard output" : written.output;
-        say(bold(terminal, printable(name)) + "  " + size_of(job) + " " +
+        say(bold(terminal, printable(name)) + "  " +
+            (written.size.empty() ? size_of(job) : written.size) + " " +
             std::string(to_word(job.pixel)) + ", " + format_bytes(written.byte_count) +
             (written.where.empty() ? "" : ", from " + printable(written.where)) +
             (written.cached ? ", cached" : ""));

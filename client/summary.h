@@ -10,6 +10,7 @@ namespace kiln::client {
 
 struct Written {
     std::string output;
+    std::string size;  ///< of the image in texels, "" where the job's resolution says it
     std::size_t byte_count = 0;
     std::string where;    ///< the server, "" for this process
     bool cached = false;  ///< nothing was computed

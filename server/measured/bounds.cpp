@@ -28,6 +28,8 @@ Bounds measured_bounds() {
         {"measurement_tensor_name_bytes_max", kTensorNameBytesMax, "B", "Name of such a field."},
         {"measurement_tensor_dimensions_max", kTensorDimensionsMax, "dimensions",
          "Of such a field."},
+        {"measurement_wavelength_step_max", kWavelengthStepMax, "nm",
+         "Between wavelengths of a spectral file, from 400 to 700."},
         {"measurement_incidences_max", kIncidencesMax, "directions",
          "Of light in one component of a file."},
         {"measurement_surveyed_incidences_max", kSurveyedIncidencesMax, "directions",

@@ -27,6 +27,8 @@ inline constexpr std::size_t kPatchesMax = 2048;     ///< of an angle basis in X
 inline constexpr std::size_t kPrefaceLinesMax = 32;  ///< before a line of names
 inline constexpr std::size_t kTensorFieldsMax = 64, kTensorNameBytesMax = 64;
 inline constexpr std::size_t kTensorDimensionsMax = 8;
+/// Nanometres: wider than this, an edge of a spectrum has no place.
+inline constexpr std::size_t kWavelengthStepMax = 25;
 /// Directions of light in one component, and those that an account lists.
 inline constexpr std::size_t kIncidencesMax = 2048;
 inline constexpr std::size_t kSurveyedIncidencesMax = 160;

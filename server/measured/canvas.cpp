@@ -22,6 +22,27 @@ cairo_status_t append(void* to, const unsigned char* bytes, unsigned length) {
     return CAIRO_STATUS_SUCCESS;
 }
 
+void choose(cairo_t* pen, const Colour& linear) {
+    cairo_set_source_rgb(pen, srgb_code(linear[0]) / 255.0, srgb_code(linear[1]) / 255.0,
+                         srgb_code(linear[2]) / 255.0);
+}
+
+void write(cairo_t* pen, const Words& words) {
+    double x = words.x;
+    if (words.swatch) {
+        choose(pen, *words.swatch);
+        cairo_set_line_width(pen, 0.3 * words.size);
+        cairo_move_to(pen, x, words.y - 0.35 * words.size);
+        cairo_rel_line_to(pen, 1.3 * words.size, 0);
+        cairo_stroke(pen);
+        x += 1.8 * words.size;
+    }
+    cairo_set_font_size(pen, words.size);
+    choose(pen, words.ink);
+    cairo_move_to(pen, x, words.y);
+    cairo_show_text(pen, words.text.c_str());
+}
+
 }  // namespace
 
 std::uint8_t srgb_code(double linear) {
@@ -52,12 +73,7 @@ std::string png_of(const Picture& picture, const std::vector<Words>& words) {
     const std::unique_ptr<cairo_t, Freed> pen(cairo_create(surface.get()));
     cairo_select_font_face(pen.get(), "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
                            CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(pen.get(), 13);
-    cairo_set_source_rgb(pen.get(), 0.25, 0.25, 0.28);
-    for (const Words& one : words) {
-        cairo_move_to(pen.get(), one.x, one.y);
-        cairo_show_text(pen.get(), one.text.c_str());
-    }
+    for (const Words& one : words) write(pen.get(), one);
     check(cairo_status(pen.get()));
     std::string bytes;
     check(cairo_surface_write_to_png_stream(surface.get(), append, &bytes));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,11 @@ struct Picture {
 
 struct Words {
     double x = 0, y = 0;  ///< pixels of the baseline's start
-    std::string text;
+    std::string text;     ///< UTF-8
+    double size = 13;     ///< pixels of the font
+    Colour ink = {0.05, 0.05, 0.065};
+    /// Of a legend: a short line of this colour before the text.
+    std::optional<Colour> swatch = std::nullopt;
 };
 /// Throws Error("cannot_draw") naming what the drawing library says.
 std::string png_of(const Picture& picture, const std::vector<Words>& words);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,15 @@ struct FittedMaterial {
     Fit fit;
     bool left_out = false;  ///< the image has no cell of it
 };
+
+/// What every measured kind says of itself: kind, readers and, of tables, the pixel type and where
+/// its bits lie.
+nlohmann::ordered_json sidecar_head(const JobSpec& job);
+/// What every measured kind says of a material: the measurement by hash, its format, title,
+/// extrapolation and warnings.
+void add_material(nlohmann::ordered_json& entry, const MeasuredMaterial& material,
+                  const MaterialNote& note);
+nlohmann::ordered_json fit_json(const Fit& fit);
 
 /// sidecar_json() of a job, with what only the job knows: the pixel type and where its bits lie,
 /// the measurements by hash, their extrapolation, and the notes. ASCII.

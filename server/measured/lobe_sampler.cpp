@@ -101,23 +101,37 @@ double CellTable::probability(std::size_t row, std::size_t column) const {
     return (sums[column + 1] - sums[column]) / marginal_.back();
 }
 
-LobeSampler::LobeSampler(const LobeTables& tables, double theta_in, Resampler& resampler)
+double CellTable::cell_sum(std::size_t row, std::size_t column) const {
+    const double* sums = conditional_.data() + row * (columns_ + 1);
+    return sums[column + 1] / sums[columns_];
+}
+
+LobeSampler::LobeSampler(const LobeTables& tables, double theta_in, Resampler& resampler,
+                         std::size_t rings, std::size_t spokes)
     : theta_in_(theta_in),
-      cells_(kRings, kSpokes, lobe_masses(tables, theta_in, kRings, kSpokes, resampler)) {}
+      cells_(rings, spokes, lobe_masses(tables, theta_in, rings, spokes, resampler)) {}
 
 double LobeSampler::end(double phi) const { return horizon_end(theta_in_, phi); }
 
+double LobeSampler::solid_angle(std::size_t ring, double phi) const {
+    const auto rings = static_cast<double>(cells_.rows());
+    const double low = static_cast<double>(ring) / rings, high = low + 1 / rings;
+    return 2 * fourth(end(phi)) * (fourth(high) - fourth(low)) * 2 * kPi /
+           static_cast<double>(cells_.columns());
+}
+
 Drawn LobeSampler::draw(double a, double b) const {
     const CellTable::Cell cell = cells_.draw(a, b);
-    const double low = static_cast<double>(cell.row) / kRings, high = low + 1.0 / kRings;
-    const double phi = 360 * (static_cast<double>(cell.column) + cell.column_share) / kSpokes;
+    const auto rings = static_cast<double>(cells_.rows());
+    const double low = static_cast<double>(cell.row) / rings, high = low + 1 / rings;
+    const double phi = 360 * (static_cast<double>(cell.column) + cell.column_share) /
+                       static_cast<double>(cells_.columns());
     // Even in solid angle along the spoke: d omega = 8 u^3 du dphi.
     const double v4 = fourth(low) + cell.row_share * (fourth(high) - fourth(low));
     const double rho = std::sqrt(v4) * end(phi) * end(phi);
     const Vec out =
         from_mirror(theta_in_, direction(2 * std::asin(std::min(1.0, rho)) / kDegree, phi));
-    const double solid = 2 * fourth(end(phi)) * (fourth(high) - fourth(low)) * 2 * kPi / kSpokes;
-    return {out, cells_.probability(cell.row, cell.column) / solid};
+    return {out, cells_.probability(cell.row, cell.column) / solid_angle(cell.row, phi)};
 }
 
 double LobeSampler::pdf(Vec out) const {
@@ -126,11 +140,11 @@ double LobeSampler::pdf(Vec out) const {
     double phi = phi_of(d);
     if (phi < 0) phi += 360;
     const double v = std::sqrt(std::sin(theta_of(d) * kDegree / 2)) / end(phi);
-    const auto row = std::min(static_cast<std::size_t>(v * kRings), kRings - 1);
-    const auto column = std::min(static_cast<std::size_t>(phi / 360 * kSpokes), kSpokes - 1);
-    const double low = static_cast<double>(row) / kRings, high = low + 1.0 / kRings;
-    const double solid = 2 * fourth(end(phi)) * (fourth(high) - fourth(low)) * 2 * kPi / kSpokes;
-    return cells_.probability(row, column) / solid;
+    const std::size_t rings = cells_.rows(), spokes = cells_.columns();
+    const auto row = std::min(static_cast<std::size_t>(v * static_cast<double>(rings)), rings - 1);
+    const auto column =
+        std::min(static_cast<std::size_t>(phi / 360 * static_cast<double>(spokes)), spokes - 1);
+    return cells_.probability(row, column) / solid_angle(row, phi);
 }
 
 double NormalDistribution::at(double theta_h) const {

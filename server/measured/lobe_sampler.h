@@ -25,6 +25,11 @@ class CellTable {
     };
     Cell draw(double a, double b) const;
     double probability(std::size_t row, std::size_t column) const;
+    /// Running sums of rows, and of a row's cells, each to its end and of 1 in all.
+    double row_sum(std::size_t row) const { return marginal_[row + 1] / marginal_.back(); }
+    double cell_sum(std::size_t row, std::size_t column) const;
+    std::size_t rows() const { return marginal_.size() - 1; }
+    std::size_t columns() const { return columns_; }
 
   private:
     std::size_t columns_;
@@ -35,13 +40,15 @@ class CellTable {
 /// end at the horizon, each of even density. No direction is left without.
 class LobeSampler {
   public:
-    LobeSampler(const LobeTables& tables, double theta_in, Resampler& resampler);
+    LobeSampler(const LobeTables& tables, double theta_in, Resampler& resampler,
+                std::size_t rings = 64, std::size_t spokes = 96);
     Drawn draw(double a, double b) const;
     double pdf(Vec out) const;
+    const CellTable& cells() const { return cells_; }
 
   private:
-    static constexpr std::size_t kRings = 64, kSpokes = 96;
     double end(double phi) const;  ///< sqrt(sin(theta_d / 2)) at the horizon
+    double solid_angle(std::size_t ring, double phi) const;  ///< of a cell, by its end at phi
     double theta_in_;
     CellTable cells_;
 };

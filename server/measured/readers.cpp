@@ -11,7 +11,7 @@ namespace kiln::measured {
 
 const std::vector<Reader>& readers() {
     static const std::vector<Reader> rows = {
-        {"rgl", "RGL/EPFL tensor file (rgb)", is_rgl, read_rgl},
+        {"rgl", "RGL/EPFL tensor file, isotropic, rgb or spectra", is_rgl, read_rgl},
         {"merl", "MERL .binary, 90 x 90 x 180 or 360", is_merl, read_merl},
         {"lbnl_xml", "LBNL WINDOW XML", is_lbnl_xml, read_lbnl_xml},
         {"bird_json", "BiRD universal BRDF JSON", is_bird_json, read_bird_json},

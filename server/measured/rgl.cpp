@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/measured/byte_scan.h"
+#include "server/measured/observer.h"
 #include "server/measured/readers.h"
 #include "server/measured/rgl_brdf.h"
 #include "server/measured/tensor_file.h"
@@ -83,6 +84,10 @@ void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found,
                       " if it is not");
     account.found("angles", "half vectors under visible normals", "the container tensor_file");
     account.found("symmetry", "isotropic", "one azimuth of the light");
+    if (const std::vector<double>& nm = brdf.wavelengths(); !nm.empty())
+        account.found("colour", kObserverWords,
+                      std::to_string(nm.size()) + " wavelengths from " + in_words(nm.front()) +
+                          " to " + in_words(nm.back()) + " nm");
     const auto valid = brdf.valid_share();
     if (std::isfinite(valid[0]) && std::isfinite(valid[1]))
         account.found(

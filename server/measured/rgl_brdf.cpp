@@ -6,7 +6,10 @@
 #include <limits>
 #include <string>
 
+#include "server/measured/bounds.h"
 #include "server/measured/byte_scan.h"
+#include "server/measured/observer.h"
+#include "server/measured/reader.h"
 #include "server/measured/tensor_file.h"
 
 namespace kiln::measured {
@@ -57,6 +60,30 @@ double bilinear(const NodeTable& table, std::size_t slice, double u, double v) {
     return (1 - y.share) * low + y.share * high;
 }
 
+/// Nanometres, rising, over what the eye sees.
+std::vector<double> wavelengths_of(std::string_view bytes, const Fields& fields) {
+    const TensorField& field = field_of(fields, "wavelengths", {0});
+    std::vector<double> list;
+    for (const float at : tensor_floats(bytes, "wavelengths", field)) {
+        if (!(at > 0) || (!list.empty() && at <= list.back()))
+            fail_at_byte(field.offset, "wavelengths do not rise");
+        list.push_back(at);
+    }
+    if (list.front() > kVisibleLow || list.back() < kVisibleHigh)
+        throw Error("unreadable_measurement", "spectra from " + in_words(list.front()) + " to " +
+                                                  in_words(list.back()) + " nm; a colour needs " +
+                                                  in_words(kVisibleLow) + " to " +
+                                                  in_words(kVisibleHigh));
+    for (std::size_t n = 1; n < list.size(); ++n)
+        if (list[n - 1] < kVisibleHigh && list[n] > kVisibleLow &&
+            list[n] - list[n - 1] > static_cast<double>(kWavelengthStepMax))
+            throw Error("unreadable_measurement", "no spectrum between " + in_words(list[n - 1]) +
+                                                      " and " + in_words(list[n]) +
+                                                      " nm; a colour needs steps of at most " +
+                                                      std::to_string(kWavelengthStepMax));
+    return list;
+}
+
 double root_of_theta(double theta) { return std::sqrt(std::max(0.0, theta) / 90.0); }
 
 }  // namespace
@@ -68,14 +95,12 @@ RglBrdf::RglBrdf(std::string_view bytes) {
 
 void RglBrdf::load_tables(std::string_view bytes) {
     const Fields fields = tensor_fields(bytes);
-    if (!fields.contains("rgb") && fields.contains("spectra"))
-        throw Error("unreadable_measurement",
-                    "a spectral tensor file; read the rgb file of the same material");
     const auto phi = fields.find("phi_i");
     if (phi != fields.end() && phi->second.count > 2)
         throw Error("unreadable_measurement",
                     "an anisotropic tensor file (" + std::to_string(phi->second.count) +
-                        " azimuths of the light); isotropic ones are read");
+                        " azimuths of the light): tables here have one lobe for each theta_in, and "
+                        "a material that turns has one for each azimuth as well");
     const std::uint64_t azimuths = phi == fields.end() ? 1 : phi->second.count;
     const TensorField& thetas = field_of(fields, "theta_i", {0});
     for (const float theta : tensor_floats(bytes, "theta_i", thetas)) {
@@ -89,7 +114,13 @@ void RglBrdf::load_tables(std::string_view bytes) {
     ndf_ = table_of(bytes, fields, "ndf", {0, 0});
     sigma_ = table_of(bytes, fields, "sigma", {0, 0});
     vndf_ = table_of(bytes, fields, "vndf", {azimuths, count, 0, 0});
-    rgb_ = table_of(bytes, fields, "rgb", {azimuths, count, 3, 0, 0});
+    if (!fields.contains("rgb") && fields.contains("spectra")) {
+        wavelengths_ = wavelengths_of(bytes, fields);
+        rgb_ =
+            seen(table_of(bytes, fields, "spectra", {azimuths, count, wavelengths_.size(), 0, 0}));
+    } else {
+        rgb_ = table_of(bytes, fields, "rgb", {azimuths, count, 3, 0, 0});
+    }
     if (std::any_of(sigma_.values.begin(), sigma_.values.end(), [](float s) { return s <= 0; }))
         fail_at_byte(fields.at("sigma").offset, "a projected area that is not positive");
     if (const auto text = fields.find("description");
@@ -109,6 +140,25 @@ void RglBrdf::load_tables(std::string_view bytes) {
         std::equal(rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 1) * slice),
                    rgb_.values.begin() + static_cast<std::ptrdiff_t>(count * slice),
                    rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 2) * slice));
+}
+
+/// What the eye sees of spectra: linear in them, so that it may come before any interpolation.
+NodeTable RglBrdf::seen(const NodeTable& spectra) const {
+    const std::vector<std::array<double, 3>> weights = srgb_weights(wavelengths_);
+    const std::size_t area = spectra.width * spectra.height, count = wavelengths_.size();
+    const std::size_t incidences = spectra.slices / count;
+    NodeTable rgb{spectra.width, spectra.height, 3 * incidences, {}};
+    rgb.values.reserve(rgb.slices * area);
+    for (std::size_t i = 0; i < incidences; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t n = 0; n < area; ++n) {
+                double sum = 0;
+                for (std::size_t w = 0; w < count; ++w)
+                    sum += weights[w][c] *
+                           static_cast<double>(spectra.values[(i * count + w) * area + n]);
+                rgb.values.push_back(static_cast<float>(sum));
+            }
+    return rgb;
 }
 
 /// Marginal over rows and conditional within a row of piecewise linear densities, each slice of

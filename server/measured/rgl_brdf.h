@@ -20,13 +20,15 @@ struct NodeTable {
 class RglBrdf {
   public:
     /// Throws Error("malformed_measurement", "byte N: …"); Error("unreadable_measurement") for an
-    /// anisotropic or a spectral file.
+    /// anisotropic file, and for spectra that leave out a part of what the eye sees.
     explicit RglBrdf(std::string_view bytes);
 
     /// The stored quantity, f_r cos theta_o in 1/sr, for light at theta_i degrees and azimuth 0.
     /// Negative values (colours outside sRGB) are given as they are.
     std::array<double, 3> value(double theta_i, Vec out) const;
 
+    /// Nanometres of a spectral file, whose R, G and B are srgb_weights() of it; empty of others.
+    const std::vector<double>& wavelengths() const { return wavelengths_; }
     /// Light angles of the slices in degrees, rising.
     const std::vector<double>& theta_i() const { return theta_i_; }
     /// Whether the last slice repeats the one before it: then nothing was measured there.
@@ -42,13 +44,14 @@ class RglBrdf {
 
   private:
     void load_tables(std::string_view bytes);
+    NodeTable seen(const NodeTable& spectra) const;
     void build_distribution();
     struct Place {
         double u = 0, v = 0;  ///< on the unit square
     };
     Place warp(std::size_t slice, double weight, double u, double v) const;
 
-    std::vector<double> theta_i_;
+    std::vector<double> theta_i_, wavelengths_;
     bool last_is_copy_ = false;
     bool jacobian_ = true;
     NodeTable vndf_, rgb_, ndf_, sigma_;  ///< rgb has three slices an incidence

@@ -12,7 +12,9 @@ namespace kiln::measured {
 namespace {
 
 constexpr Colour kPaper = {0.96, 0.96, 0.96}, kGround = {0.86, 0.87, 0.89};
-constexpr Colour kGrid = {0.62, 0.64, 0.68}, kLight = {0.95, 0.55, 0.05}, kMirror = {0.2, 0.3, 0.6};
+constexpr Colour kGrid = {0.62, 0.64, 0.68}, kLight = {0.95, 0.55, 0.05},
+                 kMirror = {0.05, 0.12, 0.55};
+constexpr Colour kNormal = {0.1, 0.1, 0.1};
 
 Vec cross(Vec a, Vec b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -97,10 +99,39 @@ Colour tint_of(const Sampled& found) {
     return sum;
 }
 
+constexpr Colour kGuessed = {0.26, 0.27, 0.34};
+
+/// What is beyond the measurement, in the lobe's own colour but dark.
+Colour guessed(const Colour& tint) {
+    Colour made{};
+    for (std::size_t k = 0; k < 3; ++k) made[k] = 0.8 * kGuessed[k] + 0.2 * tint[k];
+    return made;
+}
+
+double font_of(double side) { return std::clamp(13 * side / 640, 9.0, 20.0); }
+
+/// Title and legend, one under the other.
+std::vector<Words> lobe_words(const Frame& frame, double side, const Colour& tint) {
+    const double font = font_of(side);
+    std::vector<Words> words;
+    const auto add = [&](std::string text, const std::optional<Colour>& swatch) {
+        const double line = 1.6 * font * static_cast<double>(words.size() + 1);
+        words.push_back({font, line, std::move(text), font});
+        words.back().swatch = swatch;
+    };
+    if (!frame.title.empty()) add(frame.title, std::nullopt);
+    add("light", kLight);
+    add("mirror direction", kMirror);
+    add("normal", kNormal);
+    add("rings: half of the longest, and all", kGrid);
+    add("measured", tint);
+    add("extrapolated", guessed(tint));
+    return words;
+}
+
 /// Puts every direction at its distance and shades the surface by its normal.
 void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, bool root) {
-    const Colour tint = tint_of(found);
-    const Colour guessed = {0.26, 0.27, 0.34};
+    const Colour tint = tint_of(found), dark = guessed(tint);
     for (std::size_t n = 0; n < mesh.out.size(); ++n) {
         const double f = (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3;
         const double length = std::max(0.0, f) / most;
@@ -123,8 +154,7 @@ void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, 
             const double gloss = 0.25 * std::pow(std::max(0.0, dot(normal, lamp)), 40);
             const bool measured = found.origin[n] < 1.5f;
             for (std::size_t k = 0; k < 3; ++k)
-                mesh.colour[n][k] =
-                    shade * (measured ? tint[k] : 0.8 * guessed[k] + 0.2 * tint[k]) + gloss;
+                mesh.colour[n][k] = shade * (measured ? tint[k] : dark[k]) + gloss;
         }
 }
 
@@ -153,12 +183,14 @@ struct Pixel {
     Vec normal;
 };
 
-std::vector<Pixel> sphere_pixels(std::size_t side, double radius, Vec right, Vec up, Vec towards) {
+std::vector<Pixel> sphere_pixels(std::size_t width, std::size_t height, double radius, Vec right,
+                                 Vec up, Vec towards) {
     std::vector<Pixel> pixels;
-    const double centre = static_cast<double>(side) / 2;
-    for (std::size_t n = 0; n < side * side; ++n) {
-        const double x = (static_cast<double>(n % side) + 0.5 - centre) / radius;
-        const double y = (centre - static_cast<double>(n / side) - 0.5) / radius;
+    const double middle_x = static_cast<double>(width) / 2;
+    const double middle_y = static_cast<double>(height) / 2;
+    for (std::size_t n = 0; n < width * height; ++n) {
+        const double x = (static_cast<double>(n % width) + 0.5 - middle_x) / radius;
+        const double y = (middle_y - static_cast<double>(n / width) - 0.5) / radius;
         const double r2 = x * x + y * y;
         if (r2 >= 1) continue;
         pixels.push_back({n, x * right + y * up + std::sqrt(1 - r2) * towards});
@@ -196,70 +228,119 @@ void add_lamp(const LobeTables& tables, Resampler& resampler, const std::vector<
 
 }  // namespace
 
-std::string lobe_view(const LobeTables& tables, double theta_in, std::size_t size,
-                      Resampler& resampler) {
+View error_view(const std::vector<std::pair<std::string, Table>>& maps,
+                const std::vector<double>& theta_in) {
+    constexpr double kFull = 0.5;
+    constexpr std::size_t kHead = 40, kGap = 8;
+    const std::size_t width = maps.front().second.width, height = maps.front().second.height;
+    View view;
+    view.picture = {maps.size() * (width + kGap) - kGap, kHead + height, {}};
+    view.picture.rgb.assign(3 * view.picture.width * view.picture.height, 255);
+    view.words.push_back({4, 16, "red: brighter than measured, blue: darker; in full at 50 %"});
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+        const std::size_t left = m * (width + kGap);
+        view.words.push_back({static_cast<double>(left) + 4, 34, maps[m].first});
+        for (std::size_t n = 0; n < width * height; ++n) {
+            const double error =
+                std::clamp(static_cast<double>(maps[m].second.planes[0][n]) / kFull, -1.0, 1.0);
+            const double pale = 1 - std::abs(error);
+            const Colour c = {error > 0 ? 1 : pale, pale, error < 0 ? 1 : pale};
+            const std::size_t x = left + n % width, y = kHead + n / width;
+            for (std::size_t k = 0; k < 3; ++k)
+                view.picture.rgb[3 * (y * view.picture.width + x) + k] = srgb_code(c[k]);
+        }
+        for (std::size_t s = 0; s < theta_in.size(); ++s)
+            view.words.push_back({static_cast<double>(left) + 4,
+                                  static_cast<double>(kHead + s * height / theta_in.size()) + 12,
+                                  in_words(theta_in[s]) + " degrees", 10});
+    }
+    return view;
+}
+
+std::string beyond_measured(const Material& material, double theta_in) {
+    constexpr double kSame = 1e-3;  // degrees
+    const double first = material.theta_in().front(), last = material.theta_in_max();
+    if (theta_in >= first - kSame && theta_in <= last + kSame) return "";
+    return "theta_in " + in_words(theta_in) + " degrees lies outside the measured " +
+           in_words(first) + " to " + in_words(last) + ": the lobe is extrapolated";
+}
+
+View lobe_view(const LobeTables& tables, double theta_in, const Frame& frame,
+               Resampler& resampler) {
     Mesh mesh;
     mesh.out = mesh_directions(theta_in);
     const Sampled found = resampler.values(tables, theta_in, mesh.out);
-    double most = 1e-30;
+    View view;
+    view.f_max = 1e-30;
     for (std::size_t n = 0; n < mesh.out.size(); ++n)
-        most = std::max(most, (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3);
-    const std::size_t height = size * 3 / 4;
+        view.f_max =
+            std::max(view.f_max, (static_cast<double>(found.r[n]) + found.g[n] + found.b[n]) / 3);
+    const auto width = static_cast<double>(frame.width), height = static_cast<double>(frame.height);
+    const double side = std::min(width, height * 4 / 3);
     Camera camera;
-    camera.scale = 0.43 * static_cast<double>(size);
-    camera.x = 0.5 * static_cast<double>(size);
-    camera.y = 0.69 * static_cast<double>(height);
-    Canvas canvas(size, height, kPaper);
+    camera.scale = 0.43 * side;
+    camera.x = 0.5 * width;
+    camera.y = 0.5 * height + 0.1425 * side;
+    Canvas canvas(frame.width, frame.height, kPaper);
     draw_ground(canvas, camera);
     // A mirror-like peak would leave nothing but a needle to see.
     constexpr double kNeedle = 20;
     const Material::Albedo e = resampler.albedos(tables, std::array{theta_in}).front();
     const double mean = (e.value[0] + e.value[1] + e.value[2]) / 3 / std::numbers::pi;
-    const bool root = most > kNeedle * mean;
-    shape(mesh, found, camera, most, root);
+    view.cube_root = view.f_max > kNeedle * mean;
+    shape(mesh, found, camera, view.f_max, view.cube_root);
     draw_mesh(canvas, camera, mesh);
     draw_ray(canvas, camera, 1.02 * direction(theta_in, 0), kLight, true);
     draw_ray(canvas, camera, 1.02 * direction(theta_in, 180), kMirror, false);
-    draw_ray(canvas, camera, 1.02 * direction(0, 0), kGrid, false);
-    const double base = static_cast<double>(height) - 14;
-    return png_of(
-        canvas.picture(),
-        {{14, base,
-          "theta_in " + in_words(theta_in) + " degrees, f_r to " + in_words(most) + " 1/sr" +
-              (root ? ", drawn as its cube root" : "") + "; dark: not measured"}});
+    draw_ray(canvas, camera, 1.02 * direction(0, 0), kNormal, false);
+    view.picture = canvas.picture();
+    view.words = lobe_words(frame, side, tint_of(found));
+    const double font = font_of(side);
+    view.words.push_back({font, height - 0.8 * font,
+                          "theta_in " + in_words(theta_in) + " degrees, f_r to " +
+                              in_words(view.f_max) + " 1/sr" +
+                              (view.cube_root ? ", drawn as its cube root" : ""),
+                          font});
+    return view;
 }
 
-std::string sphere_view(const LobeTables& tables, std::size_t size, Resampler& resampler) {
+View sphere_view(const LobeTables& tables, const Frame& frame, Resampler& resampler) {
     constexpr std::size_t kSide = 2;  // samples along a pixel's side
-    const std::size_t side = kSide * size;
-    const double radius = 0.46 * static_cast<double>(side);
+    constexpr double kBehind = 0.16;
+    const std::size_t width = kSide * frame.width, height = kSide * frame.height;
+    const double radius = 0.46 * static_cast<double>(std::min(width, height));
     const Vec eye = direction(78, -90), right = unit(cross({0, 0, 1}, eye)), up = cross(eye, right);
-    const std::vector<Pixel> pixels = sphere_pixels(side, radius, right, up, eye);
+    const std::vector<Pixel> pixels = sphere_pixels(width, height, radius, right, up, eye);
     std::vector<Colour> light(pixels.size());
     add_lamp(tables, resampler, pixels, unit(eye - 0.8 * right + 0.9 * up), eye, 2.0, light);
     add_lamp(tables, resampler, pixels, unit(-0.35 * eye + right + 0.35 * up), eye, 1.2, light);
     constexpr std::size_t kAlbedos = 64;
     const Companion companion = companion_of(tables, kAlbedos, resampler);
-    std::vector<Colour> sum(size * size);
-    std::vector<double> cover(size * size, 0.0);
+    std::vector<Colour> sum(frame.width * frame.height);
+    std::vector<double> cover(sum.size(), 0.0);
     for (std::size_t n = 0; n < pixels.size(); ++n) {
         const Vec normal = pixels[n].normal;
         const double view = std::max(0.0, dot(normal, eye));
         const auto texel = std::min(static_cast<std::size_t>(view * kAlbedos), kAlbedos - 1);
         const double around = sky(2 * view * normal - eye);
-        const std::size_t x = pixels[n].index % side / kSide, y = pixels[n].index / side / kSide;
+        const std::size_t x = pixels[n].index % width / kSide, y = pixels[n].index / width / kSide;
         for (std::size_t k = 0; k < 3; ++k)
-            sum[y * size + x][k] +=
+            sum[y * frame.width + x][k] +=
                 light[n][k] + around * static_cast<double>(companion.table.planes[k][texel]);
-        cover[y * size + x] += 1;
+        cover[y * frame.width + x] += 1;
     }
-    Picture picture{size, size, {}};
+    View view;
+    view.picture = {frame.width, frame.height, {}};
     for (std::size_t n = 0; n < sum.size(); ++n)
         for (std::size_t k = 0; k < 3; ++k) {
             const double share = cover[n] / (kSide * kSide);
-            picture.rgb.push_back(srgb_code(sum[n][k] / (kSide * kSide) + (1 - share) * 0.16));
+            view.picture.rgb.push_back(
+                srgb_code(sum[n][k] / (kSide * kSide) + (1 - share) * kBehind));
         }
-    return png_of(picture, {});
+    const double font = font_of(static_cast<double>(std::min(frame.width, frame.height)));
+    if (!frame.title.empty())
+        view.words.push_back({font, 1.6 * font, frame.title, font, {0.9, 0.9, 0.9}});
+    return view;
 }
 
 }  // namespace kiln::measured

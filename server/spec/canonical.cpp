@@ -61,7 +61,7 @@ std::string canonical(const JobSpec& job) {
     document["precision"] = to_word(job.precision);
     document["device"] = to_word(job.device);
     document["seed"] = job.seed;
-    if (is_measured(job.kind)) document["measured"] = measured_json(job.measured);
+    if (is_measured(job.kind)) document["measured"] = measured_json(job);
     document["output"] = {{"format", to_word(job.format)}, {"pixel", to_word(job.pixel)}};
     const Json whole = document;
     for (const auto& [field, value] : whole.items())

@@ -140,7 +140,10 @@ Limits read_limits(const Json& document) {
             .slice_count_max = value("slice_count_max"),
             .gutter_max = value("gutter_max"),
             .atlas_side_max = value("atlas_side_max"),
-            .atlas_texels_max = value("atlas_texels_max")};
+            .atlas_texels_max = value("atlas_texels_max"),
+            .view_side_min = value("view_side_min"),
+            .view_side_max = value("view_side_max"),
+            .sampling_side_max = value("sampling_side_max")};
 }
 
 }  // namespace

@@ -233,7 +233,8 @@ class Reader {
             "/components/schemas/Output/x-kiln-pixels/" + std::string(to_word(job_.format))));
         const Json& output = at("/output");
         if (!output.contains("pixel")) {
-            job_.pixel = word<PixelType>(allowed.at(0));
+            const bool sums = job_.kind == Kind::sampling;
+            job_.pixel = sums ? PixelType::float32 : word<PixelType>(allowed.at(0));
         } else if (sound("/output/pixel")) {
             job_.pixel = word<PixelType>(output["pixel"]);
             if (std::find(allowed.begin(), allowed.end(), output["pixel"]) == allowed.end())
@@ -242,7 +243,14 @@ class Reader {
                                                    std::string(to_word(job_.format)) +
                                                    "; allowed: " + list_of(allowed));
         }
-        if (sound("/output/pixel") && job_.pixel == PixelType::rgb9e5 && !is_measured(job_.kind))
+        if (job_.kind == Kind::sampling && job_.format != ImageFormat::exr)
+            problems_.add("/output/format",
+                          "is png; a sampling table is running sums, which need exr");
+        else if (job_.kind == Kind::sampling && job_.pixel != PixelType::float32)
+            problems_.add("/output/pixel",
+                          "is " + in_quotes(to_word(job_.pixel)) +
+                              "; a sampling table is running sums, which need \"float\"");
+        if (sound("/output/pixel") && job_.pixel == PixelType::rgb9e5 && !is_sliced(job_.kind))
             problems_.add("/output/pixel",
                           "\"rgb9e5\" holds the three colours of measured reflectance: of kinds "
                           "slices and atlas alone");

@@ -13,7 +13,18 @@
 namespace kiln {
 
 // The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
-enum class Kind { lut, convergence, stability, furnace, slices, atlas };
+enum class Kind {
+    lut,
+    convergence,
+    stability,
+    furnace,
+    slices,
+    atlas,
+    lobe_view,
+    sphere_view,
+    companion,
+    sampling,
+};
 enum class Quantity {
     split_sum_scale,
     split_sum_bias,

@@ -22,6 +22,7 @@ constexpr Field kFurnace[] = {"kind",         "sample_count", "sampler", "import
                               "multiscatter", "precision",    "device",  "seed"};
 
 constexpr Field kMeasured[] = {"kind", "measured", "resolution", "device", "output"};
+constexpr Field kView[] = {"kind", "measured", "resolution", "device"};
 
 bool holds(std::span<const Field> fields, Field field) {
     return std::find(fields.begin(), fields.end(), field) != fields.end();
@@ -41,12 +42,30 @@ bool is_read(Kind kind, std::string_view field) {
             return holds(kFurnace, field);
         case Kind::slices:
         case Kind::atlas:
+        case Kind::companion:
+        case Kind::sampling:
             return holds(kMeasured, field);
+        case Kind::lobe_view:
+        case Kind::sphere_view:
+            return holds(kView, field);
     }
     return false;
 }
 
-bool is_measured(Kind kind) { return kind == Kind::slices || kind == Kind::atlas; }
+bool is_sliced(Kind kind) { return kind == Kind::slices || kind == Kind::atlas; }
+
+bool is_view(Kind kind) { return kind == Kind::lobe_view || kind == Kind::sphere_view; }
+
+bool is_measured(Kind kind) {
+    return is_sliced(kind) || is_view(kind) || kind == Kind::companion || kind == Kind::sampling;
+}
+
+bool is_read_of_measured(Kind kind, std::string_view field) {
+    if (field == "theta_in")
+        return is_sliced(kind) || kind == Kind::lobe_view || kind == Kind::sampling;
+    if (field == "gutter" || field == "fit_error_max") return is_sliced(kind);
+    return is_measured(kind);
+}
 
 void prepare_study(JobSpec& job) {
     job.format = ImageFormat::png;

@@ -28,6 +28,9 @@ struct Limits {
     std::int64_t gutter_max = 0;
     std::int64_t atlas_side_max = 0;
     std::int64_t atlas_texels_max = 0;
+    std::int64_t view_side_min = 0;
+    std::int64_t view_side_max = 0;
+    std::int64_t sampling_side_max = 0;
 };
 
 /// Read once from the embedded contract. Throws Error("contract") when the contract contradicts

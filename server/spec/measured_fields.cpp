@@ -18,6 +18,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kNameDigits = 12;
+/// Degrees: of a lobe's light unless a job says otherwise, and the most of lobes and samplers.
+constexpr double kLobeThetaIn = 30, kLobeThetaInMax = 89;
 
 /// A material as a document has it: where, and what it says.
 struct Entry {
@@ -70,8 +72,9 @@ Extrapolation extrapolation_of(const Json& json, Extrapolation result) {
 
 class MeasuredReader {
   public:
-    MeasuredReader(const Json& measured, ProblemList& problems, JobSpec& job)
-        : measured_(measured), problems_(problems), job_(job) {}
+    /// `given` is what the document says, `measured` the same with defaults.
+    MeasuredReader(const Json& given, const Json& measured, ProblemList& problems, JobSpec& job)
+        : given_(given), measured_(measured), problems_(problems), job_(job) {}
 
     void read() {
         const bool list = measured_.is_array();
@@ -84,13 +87,12 @@ class MeasuredReader {
         const std::vector<Entry> entries = entries_of(measured_);
         const Extrapolation usual = extrapolation_of(whole["extrapolation"], {});
         for (const Entry& entry : entries) read_material(entry, usual);
-        for (const Json& angle : whole["theta_in"])
-            job_.measured.theta_in.push_back(angle.get<double>() + 0.0);
+        check_fields();
+        if (is_read_of_measured(job_.kind, "theta_in")) read_angles(whole["theta_in"]);
         job_.measured.gutter = whole["gutter"].get<std::int64_t>();
         job_.measured.conserve = whole["conserve"].get<bool>();
         if (!whole["fit_error_max"].is_null())
             job_.measured.fit_error_max = whole["fit_error_max"].get<double>();
-        check_angles();
         check_count(list || measured_["data"].is_array());
     }
 
@@ -110,8 +112,31 @@ class MeasuredReader {
         job_.measured.materials.push_back(std::move(material));
     }
 
-    void check_angles() {
-        const std::vector<double>& angles = job_.measured.theta_in;
+    void check_fields() {
+        if (!given_.is_object()) return;
+        for (const char* field : {"theta_in", "gutter", "fit_error_max"})
+            if (given_.contains(field) && !is_read_of_measured(job_.kind, field))
+                problems_.add(
+                    std::string("/measured/") + field,
+                    "is not read by kind " + in_quotes(to_word(job_.kind)) + "; leave it out");
+    }
+
+    void read_angles(const Json& list) {
+        std::vector<double>& angles = job_.measured.theta_in;
+        const bool lobe = job_.kind == Kind::lobe_view;
+        if (lobe && !(given_.is_object() && given_.contains("theta_in")))
+            angles = {kLobeThetaIn};
+        else
+            for (const Json& angle : list) angles.push_back(angle.get<double>() + 0.0);
+        if (lobe && angles.size() > 1)
+            problems_.add("/measured/theta_in", "has " + std::to_string(angles.size()) +
+                                                    " angles; a lobe is drawn under one");
+        // At 90 degrees half of the cells about the mirror direction have no area.
+        for (std::size_t i = 0; i < angles.size(); ++i)
+            if (!is_sliced(job_.kind) && angles[i] > kLobeThetaInMax)
+                problems_.add(
+                    "/measured/theta_in/" + std::to_string(i),
+                    "is above 89, the last angle of kind " + in_quotes(to_word(job_.kind)));
         for (std::size_t i = 1; i < angles.size(); ++i)
             if (!(angles[i] > angles[i - 1]))
                 problems_.add("/measured/theta_in/" + std::to_string(i),
@@ -124,30 +149,77 @@ class MeasuredReader {
         if (job_.kind == Kind::slices && count != 1)
             problems_.add(place, "has " + std::to_string(count) +
                                      " materials; slices are of one, more are an atlas");
+        if (job_.kind == Kind::sampling && count != 1)
+            problems_.add(
+                place, "has " + std::to_string(count) + " materials; a sampling table is of one");
         if (list && measured_.is_object() && measured_.contains("name"))
             problems_.add("/measured/name",
                           "goes with one measurement; in a list each material "
                           "has its own: {\"data\": …, \"name\": …}");
     }
 
+    const Json& given_;
     const Json& measured_;
     ProblemList& problems_;
     JobSpec& job_;
 };
 
+/// What `resolution` counts in a measured kind.
+struct Sides {
+    std::vector<std::int64_t> usual;
+    const char* entries;  ///< end of "has N entries; "
+    std::int64_t least, most;
+    const char* what;
+};
+Sides sides_of(Kind kind) {
+    const Limits& most = limits();
+    const char* picture = "a picture has two, [x, y] of one material";
+    switch (kind) {
+        case Kind::lobe_view:
+            return {{640, 480},
+                    picture,
+                    most.view_side_min,
+                    most.view_side_max,
+                    "pixels of one material"};
+        case Kind::sphere_view:
+            return {{512, 512},
+                    picture,
+                    most.view_side_min,
+                    most.view_side_max,
+                    "pixels of one material"};
+        case Kind::companion:
+            return {{64}, "a companion has one, [NoV]", 2, most.resolution_max, "texels of NoV"};
+        case Kind::sampling:
+            return {{96, 64},
+                    "a sampling table has two, [phi_d, rings] of one theta_in",
+                    4,
+                    most.sampling_side_max,
+                    "cells"};
+        default:  // Cezner 2024: a degree a step, both ends included
+            return {{361, 181},
+                    "a slice has two, [phi_d, theta_d]",
+                    2,
+                    most.resolution_max,
+                    "texels, one at each end of an angle"};
+    }
+}
+
 /// Texels of a slice, and of the image that they make.
 void read_resolution(const Json& given, const Json& document, ProblemList& problems, JobSpec& job) {
-    job.resolution = {361, 181};  // Cezner 2024: a degree a step, both ends included
+    const Sides sides = sides_of(job.kind);
+    job.resolution = sides.usual;
     if (given.contains("resolution") && problems.sound("/resolution"))
         job.resolution = document["resolution"].get<std::vector<std::int64_t>>();
     if (!problems.sound("/resolution")) return;
-    if (job.resolution.size() != 2)
+    if (job.resolution.size() != sides.usual.size())
         return problems.add("/resolution", "has " + std::to_string(job.resolution.size()) +
-                                               " entries; a slice has two, [phi_d, theta_d]");
-    for (std::size_t i = 0; i < 2; ++i)
-        if (job.resolution[i] < 2)
+                                               " entries; " + sides.entries);
+    for (std::size_t i = 0; i < job.resolution.size(); ++i)
+        if (job.resolution[i] < sides.least || job.resolution[i] > sides.most)
             problems.add("/resolution/" + std::to_string(i),
-                         "is 1; a slice has at least 2, one at each end of its angle");
+                         "is " + std::to_string(job.resolution[i]) +
+                             "; allowed: " + std::to_string(sides.least) + "…" +
+                             std::to_string(sides.most) + " (" + sides.what + ")");
     if (!problems.sound("/resolution") || !problems.sound("/measured")) return;
     if (const auto why = too_large(slice_grid(job)))
         problems.add("/resolution", "the image " + *why);
@@ -157,11 +229,16 @@ void read_resolution(const Json& given, const Json& document, ProblemList& probl
 
 void read_measured(const Json& given, const Json& document, ProblemList& problems, JobSpec& job) {
     if (given.contains("measured") && problems.sound("/measured"))
-        MeasuredReader(document["measured"], problems, job).read();
+        MeasuredReader(given["measured"], document["measured"], problems, job).read();
+    if (is_view(job.kind)) {
+        job.format = ImageFormat::png;
+        job.pixel = PixelType::uint8;
+    }
     read_resolution(given, document, problems, job);
 }
 
-Json measured_json(const MeasuredSpec& measured) {
+Json measured_json(const JobSpec& job) {
+    const MeasuredSpec& measured = job.measured;
     Json materials = Json::array();
     for (const MeasuredMaterial& material : measured.materials)
         materials.push_back({{"data", kMeasurementPrefix + material.data},
@@ -176,6 +253,9 @@ Json measured_json(const MeasuredSpec& measured) {
                  {"conserve", measured.conserve}};
     json["fit_error_max"] = nullptr;
     if (measured.fit_error_max) json["fit_error_max"] = *measured.fit_error_max;
+    const Json whole = json;
+    for (const auto& [field, value] : whole.items())
+        if (!is_read_of_measured(job.kind, field)) json.erase(field);
     return json;
 }
 

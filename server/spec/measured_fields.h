@@ -12,7 +12,8 @@ namespace kiln {
 void read_measured(const nlohmann::json& given, const nlohmann::json& document,
                    ProblemList& problems, JobSpec& job);
 
-/// The one spelling of it: a list with everything said of each material.
-nlohmann::json measured_json(const MeasuredSpec& measured);
+/// The one spelling of a job's `measured`: a list with everything said of each material, and what
+/// the kind reads.
+nlohmann::json measured_json(const JobSpec& job);
 
 }  // namespace kiln

@@ -31,10 +31,10 @@ struct MeasuredMaterial {
     bool operator==(const MeasuredMaterial&) const = default;
 };
 
-/// What jobs of kind slices and atlas are of.
+/// What jobs of measured kinds are of. What a kind does not read is at its default.
 struct MeasuredSpec {
-    std::vector<MeasuredMaterial> materials;  ///< one; of an atlas, up to atlas_materials_max
-    std::vector<double> theta_in;             ///< degrees, rising, in [0, 90]; one a slice
+    std::vector<MeasuredMaterial> materials;  ///< one, or up to atlas_materials_max in a list
+    std::vector<double> theta_in;             ///< degrees, rising, in [0, 90]; one a slice or lobe
     std::int64_t gutter = 0;                  ///< texels around each cell
     bool conserve = false;                    ///< reciprocal and energy-conserving first
     /// Where parameters are within this of a material, they are offered; an atlas leaves it out.

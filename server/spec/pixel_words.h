@@ -7,6 +7,6 @@
 namespace kiln {
 
 /// Where the bits of measured reflectance lie in an image of this type, in words, ASCII.
-std::string pixel_words(ImageFormat format, PixelType pixel);
+std::string pixel_words(ImageFormat format, PixelType pixel, Kind kind = Kind::slices);
 
 }  // namespace kiln

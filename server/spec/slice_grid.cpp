@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "server/spec/kinds.h"
 #include "server/spec/limits.h"
 
 namespace kiln {
@@ -29,8 +30,17 @@ SliceGrid slice_grid(std::size_t width, std::size_t height, std::size_t gutter,
 
 SliceGrid slice_grid(const JobSpec& job) {
     const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
+    const std::size_t materials = job.measured.materials.size();
+    if (job.kind == Kind::companion)
+        return {.slice_columns = 1,
+                .slice_rows = 1,
+                .cell_columns = 1,
+                .cell_rows = materials,
+                .cell_width = size(job.resolution[0]),
+                .cell_height = 1};
+    const std::size_t slices = is_view(job.kind) ? 1 : job.measured.theta_in.size();
     return slice_grid(size(job.resolution[0]), size(job.resolution[1]), size(job.measured.gutter),
-                      job.measured.theta_in.size(), job.measured.materials.size());
+                      slices, materials);
 }
 
 SliceGrid::Place SliceGrid::place(std::size_t slice, std::size_t cell, std::size_t gutter) const {

@@ -27,7 +27,7 @@ struct SliceGrid {
 SliceGrid slice_grid(std::size_t width, std::size_t height, std::size_t gutter,
                      std::size_t slice_count, std::size_t material_count);
 
-/// Of a job of measured kind.
+/// Of a job of measured kind: pictures are cells of one slice; a companion is a row a material.
 SliceGrid slice_grid(const JobSpec& job);
 
 /// Why an image of that grid is not made, as the end of "the image …"; empty where it is.

@@ -5,7 +5,8 @@ namespace kiln {
 namespace {
 
 using Word = std::string_view;
-constexpr Word kKind[] = {"lut", "convergence", "stability", "furnace", "slices", "atlas"};
+constexpr Word kKind[] = {"lut",   "convergence", "stability",   "furnace",   "slices",
+                          "atlas", "lobe_view",   "sphere_view", "companion", "sampling"};
 constexpr Word kQuantity[] = {"split_sum_scale",        "split_sum_bias",      "directional_albedo",
                               "average_albedo",         "multiscatter_albedo", "specular_albedo",
                               "compensated_albedo",     "fresnel_average",     "diffuse_albedo",

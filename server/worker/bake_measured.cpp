@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/worker/bake_measured.h"
 
-#include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <optional>
-#include <thread>
 
 #include "server/base/sha256.h"
-#include "server/compute/kernel_digest.h"
-#include "server/compute/opencl.h"
-#include "server/image/image.h"
 #include "server/measured/atlas.h"
-#include "server/measured/fits.h"
-#include "server/measured/job_sidecar.h"
-#include "server/spec/spec.h"
-#include "server/worker/bounds.h"
+#include "server/measured/job_product.h"
+#include "server/spec/kinds.h"
+#include "server/worker/measured_parts.h"
 #include "server/worker/pixel_losses.h"
 
 namespace kiln {
@@ -23,16 +15,6 @@ namespace kiln {
 namespace {
 
 using namespace measured;
-using Clock = std::chrono::steady_clock;
-
-/// What the kernels read is made in double on the host, with the C library's functions of angles.
-constexpr const char* kNumerics = "host-double";
-/// Between two words to whoever waits.
-constexpr std::chrono::milliseconds kTellInterval{50}, kSignInterval{500};
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 SliceLayout layout_of(const JobSpec& job) {
     const auto size = [](std::int64_t n) { return static_cast<std::size_t>(n); };
@@ -41,86 +23,6 @@ SliceLayout layout_of(const JobSpec& job) {
             .height = size(job.resolution[1]),
             .gutter = size(job.measured.gutter),
             .conserve = job.measured.conserve};
-}
-
-/// Progress of one material among many, and the look for a cancel. Reading a file and integrating
-/// its albedos say nothing for a while: a thread beside them gives signs of life, but of no step
-/// for longer than kQuietStepMax.
-class Teller {
-  public:
-    Teller(const Control& control, std::size_t count)
-        : control_(control), count_(count), thread_([this] { keep_in_touch(); }) {}
-    ~Teller() {
-        {
-            const std::lock_guard lock(mutex_);
-            quit_ = true;
-        }
-        changed_.notify_all();
-        thread_.join();
-    }
-    Teller(const Teller&) = delete;
-    Teller& operator=(const Teller&) = delete;
-
-    void at(std::size_t material, double fraction) {
-        {
-            const std::lock_guard lock(mutex_);
-            sign_ = Clock::now();
-            // 1 is what a result says that waits to be stored.
-            fraction_ =
-                0.999 * (static_cast<double>(material) + fraction) / static_cast<double>(count_);
-            if (sign_ - told_ < kTellInterval) return;
-            tell();
-        }
-        if (control_.cancelled()) throw Cancelled();
-    }
-
-  private:
-    void tell() {
-        told_ = Clock::now();
-        control_.progress({.fraction = fraction_, .standard_error_max = {}});
-    }
-    void keep_in_touch() {
-        std::unique_lock lock(mutex_);
-        while (!quit_) {
-            changed_.wait_for(lock, kSignInterval);
-            if (!quit_ && Clock::now() - sign_ < kQuietStepMax) tell();
-        }
-    }
-
-    const Control& control_;
-    const std::size_t count_;
-    std::mutex mutex_;
-    std::condition_variable changed_;
-    Clock::time_point told_{}, sign_ = Clock::now();
-    double fraction_ = 0;
-    bool quit_ = false;
-    std::thread thread_;
-};
-
-Material read_material(const MeasuredMaterial& wanted, const MeasurementSource& measurements,
-                       MaterialNote& note) {
-    Reading reading = read_measurement(measurements(wanted.data));
-    try {
-        Material material(reading.components.front(), wanted.extrapolation, reading.understood);
-        note.format = reading.understood.format;
-        note.title = reading.understood.title;
-        note.warnings = reading.understood.warnings;
-        return material;
-    } catch (const Error& error) {
-        throw Error(error.code(), wanted.name + ": " + error.what());
-    }
-}
-
-/// PNG has no channel for where values come from.
-Table colours_of(const Table& table) {
-    return {.width = table.width,
-            .height = table.height,
-            .channels = {table.channels.begin(), table.channels.begin() + 3},
-            .planes = {table.planes.begin(), table.planes.begin() + 3}};
-}
-
-std::string key_of(const JobSpec& job, const std::string& numerics) {
-    return sha256_hex(image_key(job, numerics) + "/" + std::to_string(kReaderRevision));
 }
 
 /// What was made of a job's measurements.
@@ -184,22 +86,8 @@ Made make(const JobSpec& job, const Control& control, const MeasurementSource& m
     return made;
 }
 
-Encoded encode_atlas(const JobSpec& job, const SliceTable& made, const Metadata& metadata,
-                     const Control& control, std::vector<std::string>& channels) {
-    Table colours;
-    if (job.format == ImageFormat::png) colours = colours_of(made.table);
-    const Table& stored = job.format == ImageFormat::png ? colours : made.table;
-    channels = stored.channels;
-    return encode(stored, job.format, job.pixel, metadata, /*thread_count=*/0, [&] {
-        control.progress({.fraction = 1, .standard_error_max = {}});
-        if (control.cancelled()) throw Cancelled();
-    });
-}
-
-}  // namespace
-
-Baked bake_measured(Engine& engine, const JobSpec& job, const Control& control,
-                    const MeasurementSource& measurements) {
+Baked bake_slices(Engine& engine, const JobSpec& job, const Control& control,
+                  const MeasurementSource& measurements) {
     const Clock::time_point start = Clock::now();
     Made work;
     const Engine::Place place =
@@ -207,35 +95,58 @@ Baked bake_measured(Engine& engine, const JobSpec& job, const Control& control,
                       [&](Backend& backend) { work = make(job, control, measurements, backend); });
     const SliceTable& made = work.atlas->made();
     Baked baked;
-    Report& report = baked.report;
-    report.job = job_id(job);
-    report.device = place.device;
-    report.device.numerics = place.device.numerics == kStrictNumerics
-                                 ? kNumerics
-                                 : std::string(kNumerics) + ", " + place.device.numerics;
-    report.left_out = work.left_out;
-    report.run_time_s.compile = place.compile_s;
-    report.run_time_s.integrate = seconds_since(start) - place.compile_s;
-
-    const Clock::time_point encode_start = Clock::now();
-    const Metadata metadata =
-        describe(work.kept, Provenance{.kernel_digest = kernel_digest(),
-                                       .numerics = report.device.numerics,
-                                       .key = key_of(work.kept, report.device.numerics),
-                                       .standard_error_max = {}});
-    std::vector<std::string> channels;
-    Encoded encoded = encode_atlas(job, made, metadata, control, channels);
-    report.run_time_s.encode = seconds_since(encode_start);
-    report.run_time_s.total = seconds_since(start);
-    tell_pixel_losses(report, channels, job.pixel, encoded);
+    baked.report = measured_report(job, place, start);
+    baked.report.left_out = work.left_out;
     for (std::size_t m = 0; m < made.accounts.size(); ++m)
         for (const std::string& warning : made.accounts[m].warnings)
-            report.warnings.push_back(work.kept.measured.materials[m].name + ": " + warning);
+            baked.report.warnings.push_back(work.kept.measured.materials[m].name + ": " + warning);
     baked.sidecar = job_sidecar(work.kept, work.atlas->layout(), made, work.notes, work.fitted);
-    baked.image_digest = sha256_hex(encoded.bytes);
-    baked.image = std::move(encoded.bytes);
-    baked.extension = std::move(encoded.extension);
+    encode_measured(job, work.kept, made.table, control, start, baked);
     return baked;
+}
+
+Baked bake_product(Engine& engine, const JobSpec& job, const Control& control,
+                   const MeasurementSource& measurements) {
+    const Clock::time_point start = Clock::now();
+    std::optional<JobProduct> product;
+    const auto make_all = [&](Backend& backend) {
+        product.emplace(job);  // afresh where a device failed and another goes on
+        const std::vector<MeasuredMaterial>& all = job.measured.materials;
+        Teller teller(control, all.size());
+        Resampler resampler(&backend);
+        for (std::size_t m = 0; m < all.size(); ++m) {
+            teller.at(m, 0);
+            MaterialNote note;
+            const Material material = read_material(all[m], measurements, note);
+            teller.at(m, 0.2);
+            product->add(material, note, resampler);
+        }
+        teller.at(all.size(), 0);
+    };
+    const Engine::Place place = engine.run_on(job.device, resampler_kernels(), control, make_all);
+    Baked baked;
+    baked.report = measured_report(job, place, start);
+    baked.report.warnings = product->warnings();
+    baked.sidecar = product->sidecar();
+    if (!is_view(job.kind)) {
+        encode_measured(job, job, product->table(), control, start, baked);
+        return baked;
+    }
+    const Clock::time_point encode_start = Clock::now();
+    baked.image = product->picture();
+    baked.extension = "png";
+    baked.image_digest = sha256_hex(baked.image);
+    baked.report.run_time_s.encode = seconds_since(encode_start);
+    baked.report.run_time_s.total = seconds_since(start);
+    return baked;
+}
+
+}  // namespace
+
+Baked bake_measured(Engine& engine, const JobSpec& job, const Control& control,
+                    const MeasurementSource& measurements) {
+    return is_sliced(job.kind) ? bake_slices(engine, job, control, measurements)
+                               : bake_product(engine, job, control, measurements);
 }
 
 }  // namespace kiln

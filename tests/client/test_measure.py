@@ -2,6 +2,7 @@
 """`kiln measure`: what a file says, and the image that is made of it."""
 import json
 import math
+import struct
 import unittest
 
 from kiln_cli import KilnTest
@@ -70,6 +71,63 @@ class Measure(KilnTest):
                 self.assertAlmostEqual(one["directional_albedo"]["rgb"][0], RHO, delta=0.005)
         info = json.loads(self.kiln("info", "atlas.exr", "--json")[0])
         self.assertEqual([c["name"] for c in info["channels"]], ["R", "G", "B", "A"])
+
+    def test_slices_say_of_themselves_what_a_job_does(self):
+        """And are its bytes: both ways make one file."""
+        self.write("paint.csv", lambertian())
+        self.kiln("measure", "slices", "paint.csv", "-o", "a.exr", "--width", "19",
+                  "--height", "10", "--theta-in", "0,40", "--sidecar", "a.json")
+        self.write("job.json", {"kind": "slices", "resolution": [19, 10],
+                                "measured": {"data": "paint.csv", "name": "paint.csv",
+                                             "theta_in": [0, 40]}})
+        _, stderr = self.kiln("bake", "job.json", "--local", "-o", "b.exr")
+        self.assertEqual(self.read("a.exr"), self.read("b.exr"))
+        self.assertEqual(self.read("a.json"), self.read("b.sidecar.json"))
+        # The line under a bake has the image's size, not a slice's.
+        self.assertIn("38 x 10 half", stderr)
+        metadata = json.loads(self.kiln("info", "a.exr", "--json")[0])["metadata"]
+        self.assertIn("theta_in 0 40 degrees", metadata["kiln.slices"])
+
+    def test_views(self):
+        self.write("paint.csv", lambertian())
+        _, stderr = self.kiln("measure", "view", "paint.csv", "--size", "128", "-o", "lobe.png")
+        self.assertEqual(stderr, "")
+        self.assertEqual(struct.unpack(">II", self.read("lobe.png")[16:24]), (128, 96))
+        _, stderr = self.kiln("measure", "view", "paint.csv", "--size", "64", "-o", "lobe.png",
+                              "--theta-in", "72.5")
+        self.assertIn("theta_in 72.5 degrees lies outside the measured 0 to 60", stderr)
+        self.kiln("measure", "view", "paint.csv", "--size", "64", "-o", "ball.png", "--sphere")
+        self.assertEqual(struct.unpack(">II", self.read("ball.png")[16:24]), (64, 64))
+        _, stderr = self.kiln("measure", "view", "paint.csv", "-o", "a.png", "--sphere",
+                              "--theta-in", "30", exit_status=2)
+        self.assertIn("--theta-in is of a lobe", stderr)
+
+    def test_fits_tell_where_they_miss(self):
+        self.write("paint.csv", lambertian())
+        stdout, _ = self.kiln("measure", "fit", "paint.csv", "--error-map", "e.exr", "--json")
+        fit = json.loads(stdout)["fits"][0]
+        self.assertAlmostEqual(fit["diffuse"][0], RHO, delta=0.01 * RHO)
+        info = json.loads(self.kiln("info", "e.exr", "--json")[0])
+        # Two incidences, one over the other; GGX fits what is Lambertian.
+        self.assertEqual(info["resolution"], [361, 362])
+        for channel in info["channels"]:
+            self.assertLess(max(abs(channel["min"]), abs(channel["max"])), 0.02)
+        self.kiln("measure", "fit", "paint.csv", "--error-map", "e.png")
+        self.assertEqual(struct.unpack(">II", self.read("e.png")[16:24]), (2 * 361 + 8, 362 + 40))
+        _, stderr = self.kiln("measure", "fit", "paint.csv", "--error-map", "e.tif", exit_status=2)
+        self.assertIn("--error-map: name a file", stderr)
+
+    def test_companions_and_samplers_are_baked_from_files(self):
+        self.write("paint.csv", lambertian())
+        self.write("job.json", {"kind": "companion", "measured": {"data": "paint.csv"}})
+        self.kiln("bake", "job.json", "--local", "-o", "c.exr")
+        red = json.loads(self.kiln("info", "c.exr", "--json")[0])
+        self.assertEqual(red["resolution"], [64, 1])
+        self.assertAlmostEqual(red["channels"][0]["mean"], RHO, delta=1e-3)
+        self.kiln("bake", "job.json", "--local", "-o", "s.exr", "--set", "kind=sampling")
+        self.kiln("bake", "job.json", "--local", "-o", "v.png", "--set", "kind=sphere_view")
+        self.assertEqual(self.read("v.png")[:4], b"\x89PNG")
+        self.assertIn("c.sidecar.json", self.files())
 
     def test_wrong_arguments_are_told(self):
         self.write("paint.csv", lambertian())

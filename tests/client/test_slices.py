@@ -98,6 +98,11 @@ class Slices(KilnTest):
         for job, output in (("slices_lacquer", "a.exr"), ("atlas", "b.png")):
             self.kiln("bake", os.path.join(folder, job + ".json"), "--local", "-o", output,
                       "--set", "resolution=[37,19]")
+        for name, size in (("lobe_view", "[64,64]"), ("sphere_view", "[64,64]"),
+                           ("companion", "[4]"), ("sampling", "[4,4]")):
+            output = name + (".png" if "view" in name else ".exr")
+            self.kiln("bake", os.path.join(folder, "measured", name + ".json"), "--local",
+                      "-o", output, "--set", "resolution=" + size, "--set", "device=native")
         names = [m["name"] for m in json.loads(self.read("b.sidecar.json"))["materials"]]
         self.assertEqual(names, ["lacquer", "felt"])
 

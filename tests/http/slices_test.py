@@ -4,6 +4,7 @@ against the formulas that the file was written from."""
 import hashlib
 import json
 import os
+import struct
 import unittest
 
 import make  # examples/measured/make.py
@@ -129,6 +130,38 @@ class Measured(ServiceTest):
             self.assertEqual(image[:4], magic, output)
             self.assertEqual(sidecar["pixel"]["format"], output["format"])
             self.assertIsNotNone(report["error"]["G"]["quantisation_max"])
+
+    def test_views_companions_and_samplers_are_jobs(self):
+        both = {"data": [{"data": self.satin, "name": "satin"}, {"data": self.felt}]}
+        size = lambda png: struct.unpack(">II", png[16:24])
+        done = self.bake({"kind": "lobe_view", "resolution": [160, 120],
+                          "measured": {**both, "theta_in": [80]}})
+        image, sidecar, report = self.fetched(done)
+        self.assertEqual(size(image), (320, 120))
+        # Measured to 60 degrees.
+        self.assertEqual(len([w for w in report["warnings"] if "extrapolated" in w]), 2)
+        self.assertEqual(report["measured"], sidecar)
+        image, sidecar, _ = self.fetched(self.bake({"kind": "sphere_view", "resolution": [64, 64],
+                                                    "measured": both}))
+        self.assertEqual(size(image), (128, 64))
+        self.assertNotIn("shader", sidecar)
+        image, sidecar, report = self.fetched(self.bake(
+            {"kind": "companion", "measured": both, "resolution": [16]}))
+        self.assertEqual(image[:4], b"\x76\x2f\x31\x01")
+        self.assertEqual(sidecar["image"], {"width": 16, "height": 2})
+        split = sidecar["materials"][0]["split_sum"]
+        # Of make.coated(0.6, …), from steps of 5 and 10 degrees.
+        self.assertAlmostEqual(split["alpha"], 0.6, delta=0.06)
+        for channel in "RGB":
+            self.assertIsNotNone(report["error"][channel]["quantisation_max"])
+        image, sidecar, _ = self.fetched(self.bake(
+            {"kind": "sampling", "measured": {"data": self.satin, "theta_in": [0, 45]},
+             "resolution": [24, 16]}))
+        self.assertEqual(image[:4], b"\x76\x2f\x31\x01")
+        self.assertEqual([s["x"] for s in sidecar["materials"][0]["slices"]], [0, 24])
+        self.assertIn("pdf", sidecar["shader"])
+        again = self.server.post({"kind": "companion", "measured": both, "resolution": [16]})
+        self.assertTrue(again.json["cached"])
 
     def test_bits_of_rgb9e5(self):
         # 1.0 is 2^8 of 2^(16 - 24); 0.5 and 0.25 share its exponent.

@@ -2,13 +2,16 @@
 // Deterministic mutations of a small valid file of each format, given to the reader from memory
 // that ends at a page nobody may read.
 //   fuzz_readers --runs 1000000 [--reader NAME] [--seed N]
-// A run passes if the file is read or refused by kiln::Error. Equal arguments give equal runs, so
-// a failure is repeated by its printed reader and seed.
+//   fuzz_readers --seconds 60 [--reader NAME] [--seed N]
+// A run passes if the file is read or refused by kiln::Error. Runs go by their number alone, so a
+// failure is repeated by its printed reader and seed. Seconds are of each reader, which makes 3000
+// runs in any case; KILN_FUZZ_SECONDS stands for what --seconds says.
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -134,7 +137,20 @@ void limit_memory() {
     setrlimit(RLIMIT_AS, &limit);
 }
 
-int fuzz(std::string_view only, std::uint64_t runs, std::uint64_t seed) {
+/// How long each reader is fuzzed.
+struct Effort {
+    std::uint64_t runs = 3000;
+    double seconds = 0;  ///< 0: runs alone count
+};
+
+/// Whether run n is still to be made.
+bool goes_on(const Effort& effort, std::uint64_t n, std::chrono::steady_clock::time_point start) {
+    if (n < effort.runs || effort.seconds <= 0) return n < effort.runs;
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return spent.count() < effort.seconds;
+}
+
+int fuzz(std::string_view only, const Effort& effort, std::uint64_t seed) {
     limit_memory();
     Guarded guarded;
     bool any = false;
@@ -143,7 +159,10 @@ int fuzz(std::string_view only, std::uint64_t runs, std::uint64_t seed) {
         any = true;
         const std::string& start = reader.seed;
         Tally tally;
-        for (std::uint64_t n = 0; n < runs; ++n) {
+        const auto began = std::chrono::steady_clock::now();
+        std::uint64_t runs = 0;
+        for (; goes_on(effort, runs, began); ++runs) {
+            const std::uint64_t n = runs;
             Random random(seed + n);
             std::string bytes = start;
             const std::size_t count = 1 + random.below(6);
@@ -172,12 +191,16 @@ int fuzz(std::string_view only, std::uint64_t runs, std::uint64_t seed) {
 
 int main(int count, char** arguments) {
     std::string_view only;
-    std::uint64_t runs = 3000, seed = 0;
+    kiln::Effort effort;
+    std::uint64_t seed = 0;
     for (int n = 1; n + 1 < count; n += 2) {
         const std::string_view key = arguments[n];
         if (key == "--reader") only = arguments[n + 1];
-        if (key == "--runs") runs = std::strtoull(arguments[n + 1], nullptr, 10);
+        if (key == "--runs") effort.runs = std::strtoull(arguments[n + 1], nullptr, 10);
+        if (key == "--seconds") effort.seconds = std::strtod(arguments[n + 1], nullptr);
         if (key == "--seed") seed = std::strtoull(arguments[n + 1], nullptr, 10);
     }
-    return kiln::fuzz(only, runs, seed);
+    const char* asked = std::getenv("KILN_FUZZ_SECONDS");
+    if (asked && effort.seconds > 0) effort.seconds = std::max(1e-3, std::strtod(asked, nullptr));
+    return kiln::fuzz(only, effort, seed);
 }

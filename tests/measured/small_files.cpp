@@ -17,21 +17,16 @@ void put(std::string& bytes, T value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Three incidences, the last a copy, four by four nodes.
-std::string small_rgl() {
-    struct Field {
-        std::string name;
-        std::uint8_t type;
-        std::vector<std::uint64_t> shape;
-        std::string data;
-    };
+/// Three incidences, the last a copy, four by four nodes; colours, or wavelengths every 25 nm.
+std::string small_rgl(bool spectral) {
     const auto floats = [](std::size_t count, auto value) {
         std::string data;
         for (std::size_t n = 0; n < count; ++n) put(data, static_cast<float>(value(n)));
         return data;
     };
     const auto one = [](std::size_t) { return 1.0; };
-    std::vector<Field> fields = {
+    const std::size_t planes = spectral ? 13 : 3, last = 2 * planes * 16;
+    std::vector<TensorPart> parts = {
         {"description", 1, {4}, "test"},
         {"phi_i", 10, {1}, floats(1, [](std::size_t) { return 0.0; })},
         {"theta_i",
@@ -41,31 +36,21 @@ std::string small_rgl() {
         {"sigma", 10, {2, 4}, floats(8, one)},
         {"ndf", 10, {2, 4}, floats(8, one)},
         {"vndf", 10, {1, 3, 4, 4}, floats(48, one)},
-        {"rgb",
+        {spectral ? "spectra" : "rgb",
          10,
-         {1, 3, 3, 4, 4},
-         floats(144,
-                [](std::size_t n) {
-                    return n >= 96 ? 0.01 * static_cast<double>(n - 48)
-                                   : 0.01 * static_cast<double>(n);
+         {1, 3, planes, 4, 4},
+         floats(last / 2 * 3,
+                [&](std::size_t n) {
+                    return 0.01 * static_cast<double>(n >= last ? n - last / 2 : n);
                 })},
         {"jacobian", 1, {1}, std::string(1, '\1')},
         {"valid", 1, {6}, std::string(6, '\xff')},
     };
-    std::size_t directory = 18;
-    for (const Field& f : fields) directory += 2 + f.name.size() + 11 + 8 * f.shape.size();
-    std::string head("tensor_file\0\1\0", 14), payload;
-    put(head, static_cast<std::uint32_t>(fields.size()));
-    for (const Field& f : fields) {
-        put(head, static_cast<std::uint16_t>(f.name.size()));
-        head += f.name;
-        put(head, static_cast<std::uint16_t>(f.shape.size()));
-        put(head, f.type);
-        put(head, static_cast<std::uint64_t>(directory + payload.size()));
-        for (const std::uint64_t size : f.shape) put(head, size);
-        payload += f.data;
-    }
-    return head + payload;
+    if (spectral)
+        parts.push_back({"wavelengths", 10, {planes}, floats(planes, [](std::size_t n) {
+                             return 400 + 25 * static_cast<double>(n);
+                         })});
+    return tensor_file(parts);
 }
 
 std::string small_xml() {
@@ -134,7 +119,8 @@ constexpr const char* kCsv =
 
 std::string small_file(std::string_view reader) {
     if (reader == "merl") return short_merl();
-    if (reader == "rgl") return small_rgl();
+    if (reader == "rgl") return small_rgl(false);
+    if (reader == "rgl_spectra") return small_rgl(true);
     if (reader == "lbnl_xml") return small_xml();
     if (reader == "zemax") return kZemax;
     if (reader == "fred") return kFred;
@@ -156,7 +142,11 @@ std::string small_file(std::string_view reader) {
 namespace kiln {
 
 std::vector<FuzzTarget> fuzz_targets() {
-    std::vector<FuzzTarget> targets;
+    // One reader with two kinds of file.
+    std::vector<FuzzTarget> targets = {
+        {"rgl_spectra", synthetic::small_file("rgl_spectra"), [](std::string_view bytes) {
+             return measured::read_rgl(bytes, measured::ReadOptions{});
+         }}};
     for (const measured::Reader& reader : measured::readers())
         if (reader.name == "merl")
             targets.push_back({reader.name, synthetic::small_merl(), [](std::string_view bytes) {

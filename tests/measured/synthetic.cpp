@@ -49,6 +49,63 @@ Cosines cosines(double theta_i, double theta_o, double phi) {
     return {ci, co, (ci + co) / (2 * half), half};
 }
 
+namespace {
+
+constexpr std::array<double, 4> kLoftLights = {10, 30, 50, 70};
+
+std::string written(const char* format, double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+}  // namespace
+
+std::string zemax_file(const Material& material) {
+    const std::vector<double> radial = {0, 5, 10, 15, 20, 30, 40, 50, 60, 70, 80, 90};
+    std::string text =
+        "Source\tMeasured\nSymmetry\tPlaneSymmetrical\nSpectralContent\tMonochrome\n"
+        "ScatterType\tBRDF\nSampleRotation\t1\n0\nAngleOfIncidence\t4\n10\t30\t50\t70\n"
+        "ScatterAzimuth\t19\n";
+    for (int azimuth = 0; azimuth <= 180; azimuth += 10) text += std::to_string(azimuth) + "\t";
+    text += "\nScatterRadial\t12\n";
+    for (const double r : radial) text += digits(r) + "\t";
+    text += "\n\nMonochrome\nDataBegin\n";
+    for (const double light : kLoftLights) {
+        text += "TIS\t0.1\n";
+        const double c = std::cos(light * kDegree), s = std::sin(light * kDegree);
+        for (int azimuth = 0; azimuth <= 180; azimuth += 10) {
+            for (const double r : radial) {
+                // Light at azimuth 0: the mirror direction is (-s, 0, c), towards the normal (c, 0,
+                // s).
+                const double across = std::sin(r * kDegree), along = std::cos(r * kDegree);
+                const double ca = std::cos(azimuth * kDegree), sa = std::sin(azimuth * kDegree);
+                const double x = -s * along + c * across * ca, y = across * sa;
+                const double z = c * along + s * across * ca;
+                const double theta = std::acos(std::min(1.0, z)) / kDegree;
+                const double f =
+                    z <= 1e-9 ? 0.0
+                              : material(cosines(light, theta, std::atan2(y, x) / kDegree))[0];
+                text += written("%.3e\t", f);
+            }
+            text += "\n";
+        }
+    }
+    return text + "DataEnd\n";
+}
+
+std::string fred_file(const Material& material) {
+    std::string text = "type bsdf_data\nformat angles=deg bsdf=value scale=1\n";
+    for (const double light : kLoftLights) {
+        text += digits(light) + "\t0\n";
+        for (int theta = 0; theta <= 80; theta += 5)
+            for (int phi = 0; phi <= (theta == 0 ? 0 : 180); phi += 10)  // 0: the mirror's side
+                text += digits(theta) + "\t" + digits(phi) + "\t" +
+                        written("%.6f\n", material(cosines(light, theta, 180 - phi))[0]);
+    }
+    return text;
+}
+
 std::string merl_file(const Material& material, int azimuths) {
     const std::array<std::int32_t, 3> dims = {90, 90, azimuths};
     const std::size_t cells = std::size_t{90} * 90 * static_cast<std::size_t>(azimuths);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -33,6 +34,31 @@ struct MiniDiffGrid {
 };
 /// Values with seven digits.
 std::string minidiff_file(const Material& material, const MiniDiffGrid& grid = {});
+
+/// One surface as the two programs of LOFT's scatterometer wrote it, in the angles of those files:
+/// about the mirror direction in steps of 10 degrees of azimuth, four digits; absolute in steps of
+/// 5 and 10 degrees to 80, six decimals. The values are red.
+std::string zemax_file(const Material& material);
+std::string fred_file(const Material& material);
+
+/// A field of a file in RGL's container.
+struct TensorPart {
+    std::string name;
+    std::uint8_t type;  ///< 1 u8, 10 f32
+    std::vector<std::uint64_t> shape;
+    std::string data;
+};
+std::string tensor_file(const std::vector<TensorPart>& parts);
+
+/// What an RGL file is besides a surface: the red of it times a reflectance at some wavelengths, or
+/// the same in R, G and B where none are given; as many azimuths of the light, all alike.
+struct RglLayout {
+    std::vector<double> nanometres;
+    double (*reflectance)(double nanometres) = nullptr;
+    std::uint64_t azimuths = 1;
+};
+/// f cos theta_o under five theta_in to 80 degrees, at half vectors.
+std::string rgl_file(const Material& surface, const RglLayout& layout);
 
 /// A file of few values for each reader, valid as it is: where mutations start.
 std::string small_file(std::string_view reader);

@@ -94,7 +94,8 @@ bool is_paper(const Colour& c) { return c[0] > 0.95 && c[1] > 0.95 && c[2] > 0.9
 TEST(Views, ALambertianLobeIsHalfASphere) {
     Resampler resampler;
     const LobeTables tables = tables_of(synthetic::lambert({0.9, 0.2, 0.1}), 5);
-    const Image image{decode(lobe_view(tables, 40, 400, resampler))};
+    const View view = lobe_view(tables, 40, {400, 300, ""}, resampler);
+    const Image image{decode(png_of(view.picture, view.words))};
     ASSERT_EQ(image.decoded.table.width, 400u);
     ASSERT_EQ(image.decoded.table.height, 300u);
     const double x = 200, y = 0.69 * 300, radius = 0.43 * 400;
@@ -128,7 +129,8 @@ TEST(Views, NearSurfacesHideFarOnes) {
 TEST(Views, ASphereIsLitFromAbove) {
     Resampler resampler;
     const LobeTables tables = tables_of(synthetic::ggx(0.3, {0.2, 0.2, 0.2}, {0.1, 0.3, 0.5}), 3);
-    const Image image{decode(sphere_view(tables, 96, resampler))};
+    const View view = sphere_view(tables, {96, 96, ""}, resampler);
+    const Image image{decode(png_of(view.picture, {}))};
     const Colour top = image.at(40, 20), bottom = image.at(48, 86), outside = image.at(2, 2);
     EXPECT_GT(top[1], bottom[1]);
     EXPECT_GT(bottom[2], bottom[0]);  // the blue of its diffuse part

@@ -107,6 +107,27 @@ TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
     EXPECT_EQ(job.pixel, PixelType::half);
 }
 
+/// Each measured kind has sizes, angles and pixels of its own, and its canonical text nothing that
+/// it does not read.
+TEST(Jobs, MeasuredKindsHaveDefaultsOfTheirOwn) {
+    const auto job = [](const char* kind) {
+        return parse_job(
+            with_digest(std::string(R"({"measured":{"data":ID},"kind":")") + kind + "\"}"));
+    };
+    const JobSpec lobe = job("lobe_view"), sphere = job("sphere_view");
+    EXPECT_EQ(lobe.measured.theta_in, std::vector<double>{30});
+    EXPECT_EQ(lobe.resolution, (std::vector<std::int64_t>{640, 480}));
+    EXPECT_EQ(sphere.resolution, (std::vector<std::int64_t>{512, 512}));
+    EXPECT_TRUE(lobe.pixel == PixelType::uint8 && sphere.format == ImageFormat::png);
+    EXPECT_EQ(job("companion").resolution, std::vector<std::int64_t>{64});
+    EXPECT_EQ(job("sampling").resolution, (std::vector<std::int64_t>{96, 64}));
+    EXPECT_EQ(job("sampling").pixel, PixelType::float32);
+    EXPECT_EQ(job("sampling").measured.theta_in.size(), 13u);
+    for (const char* unread : {"theta_in\":[", "gutter", "fit_error_max", "output"})
+        EXPECT_EQ(canonical(sphere).find(unread), std::string::npos) << unread;
+    EXPECT_NE(canonical(lobe).find("theta_in\":[30"), std::string::npos);
+}
+
 TEST(Jobs, SpellingsOfMeasuredAreOneJob) {
     const auto id = [](const char* measured) {
         return job_id(

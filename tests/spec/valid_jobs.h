@@ -45,6 +45,16 @@ inline const std::vector<std::string> kValidJobs = {
          "name":"Ä \"q\"","extrapolation":{"p":-0}}],
         "theta_in":[-0,45.5,90],"gutter":64,"extrapolation":{"theta_in":"clamp"}},
         "output":{"pixel":"rgb9e5"}})",
+    R"({"kind":"lobe_view","measured":{"data":
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+        "theta_in":[89]}})",
+    R"({"kind":"sphere_view","resolution":[64,2048],"measured":[
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"]})",
+    R"({"kind":"companion","resolution":[2],"output":{"format":"png"},"measured":{"data":
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+        "conserve":true}})",
+    R"({"kind":"sampling","resolution":[4,1024],"output":{"pixel":"float"},"measured":{"data":
+        "sha256:0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"}})",
     R"({"kind":"furnace"})",
     R"({"kind":"furnace","coupling":"kelemen","importance":"ndf","sample_count":64,"seed":3})",
     R"({"kind":"stability","device":"native"})",
