@@ -138,7 +138,7 @@ void Engine::warm_up() {
 
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
     const Plan plan =
-        make_plan(job, [&] { return average_deficits(job, *state_->native, control); });
+        make_plan(job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
     const Request request{job, plan, control, standard_error_planes};
     Outcome outcome;
     const Place place =

@@ -71,7 +71,7 @@ class Means {
         if (!share.part) return a;
         if (means.both == means.a) {
             const Part part = share.part(place, a.value, 0);
-            return {part.value, part.by_a * part.by_a * a.variance,
+            return {part.value, part.by_a * part.by_a * a.variance + part.variance,
                     std::abs(part.by_a) * a.missable};
         }
         const Estimate b = at(means.b);
@@ -79,7 +79,7 @@ class Means {
         const double twice = at(means.both).variance - a.variance - b.variance;
         const double spread = part.by_a * part.by_a * a.variance +
                               part.by_b * (part.by_b * b.variance + part.by_a * twice);
-        return {part.value, std::max(spread, 0.0),
+        return {part.value, std::max(spread, 0.0) + part.variance,
                 std::abs(part.by_a) * a.missable + std::abs(part.by_b) * b.missable};
     }
 

@@ -70,7 +70,8 @@ class Check {
         served_ = job;
         served_.quantities.clear();
         for (const Quantity quantity : job.quantities)
-            if (!quadrature_lacks(job, quantity)) served_.quantities.push_back(quantity);
+            if (!quadrature_lacks(job, quantity) && is_worth_it(quantity))
+                served_.quantities.push_back(quantity);
         const auto& asked = served_.quantities;
         walks_ = job.diffuse.model == DiffuseModel::ggx_lambert &&
                  std::any_of(asked.begin(), asked.end(), reads_diffuse);
@@ -102,6 +103,21 @@ class Check {
   private:
     Table at(const JobSpec& job) const {
         return exact_table(job, tolerance_, native_, pool_, control_);
+    }
+
+    /// Averages over NoV of a lobe whose azimuth has no closed form take millions of nodes a row:
+    /// only where that is little beside what made the table.
+    bool is_worth_it(Quantity quantity) const {
+        const bool averaged =
+            quantity == Quantity::average_albedo ||
+            (reads_multiscatter(quantity) && job_.multiscatter >= Multiscatter::kulla_conty &&
+             job_.multiscatter != Multiscatter::turquin);
+        if (job_.distribution == Distribution::ggx || !averaged) return true;
+        constexpr double kNodesARow = 4e6;
+        const double nodes = kNodesARow * static_cast<double>(Places::averaged(job_).count());
+        return job_.integrator == Integrator::quadrature ||
+               nodes * kSamplesANode <=
+                   kShareOfSamples * static_cast<double>(outcome_.report.samples_total);
     }
 
     /// Of one place and channel, by the dearest of the rules that the job needs.
@@ -192,7 +208,8 @@ Table exact_table(const JobSpec& job, double tolerance, Backend& native, ThreadP
             throw Error("no_quadrature", "quadrature has no rule for " + *lack);
     JobSpec exact = job;
     exact.integrator = Integrator::quadrature;
-    const Plan plan = make_plan(exact, [&] { return average_deficits(exact, native, control); });
+    const Plan plan =
+        make_plan(exact, [&] { return exact_average_deficits(exact, native, control); });
     return std::move(integrate_by_quadrature(exact, plan, native, pool, tolerance, control).table);
 }
 

@@ -172,7 +172,7 @@ class Planner {
             share.b = one(kWeight);
             share.part = [F0](std::size_t, double S, double E) {
                 const double scale = turquin_scale(F0, E);
-                return Part{S * scale, scale, -S * F0 / (E * E)};
+                return Part{S * scale, scale, -S * F0 / (E * E), 0};
             };
         } else if (job_.multiscatter != Multiscatter::none) {
             share.b = one(kDeficit);
@@ -188,8 +188,12 @@ class Planner {
         return [F_avg, linear, places, averages = averages_](std::size_t place, double S,
                                                              double deficit) {
             const std::size_t row = places.averaged_place(place);
-            const double F_ms = multiscatter_fresnel(linear, F_avg, averages->deficit[row]);
-            return Part{S + F_ms * deficit, 1, F_ms};
+            const double missing = averages->deficit[row], error = averages->standard_error[row];
+            const double F_ms = multiscatter_fresnel(linear, F_avg, missing);
+            const double slope =
+                (multiscatter_fresnel(linear, F_avg, missing + 1e-6) - F_ms) / 1e-6;
+            const double carried = slope * error * deficit;
+            return Part{S + F_ms * deficit, 1, F_ms, carried * carried};
         };
     }
 
@@ -205,9 +209,10 @@ class Planner {
                 job_.diffuse
                     .albedo[job_.diffuse.albedo.size() == 3 ? static_cast<std::size_t>(colour) : 0];
             specular.part = [rho, inner = specular.part](std::size_t place, double a, double b) {
-                const Part s = inner ? inner(place, a, b) : Part{a, 1, 0};
+                const Part s = inner ? inner(place, a, b) : Part{a, 1, 0, 0};
                 const double left = 1 - rho;
-                return Part{rho + left * s.value, left * s.by_a, left * s.by_b};
+                return Part{rho + left * s.value, left * s.by_a, left * s.by_b,
+                            left * left * s.variance};
             };
         } else if (job_.coupling == Coupling::view) {
             const Places places = Places::directional(job_);
@@ -216,10 +221,10 @@ class Planner {
             };
             specular.a = one(kWeight);
             specular.part = [F](std::size_t place, double a, double) {
-                return Part{F(place) * a, F(place), 0};
+                return Part{F(place) * a, F(place), 0, 0};
             };
             under.part = [F](std::size_t place, double a, double) {
-                return Part{(1 - F(place)) * a, 1 - F(place), 0};
+                return Part{(1 - F(place)) * a, 1 - F(place), 0, 0};
             };
         } else if (job_.coupling == Coupling::half_vector && job_.fresnel.model != Fresnel::none) {
             under.a = one(kTransmitted + static_cast<std::size_t>(colour));

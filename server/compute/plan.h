@@ -15,9 +15,10 @@
 
 namespace kiln {
 
-/// What two means a and b make of a channel, with the derivatives that carry their errors over.
+/// What two means a and b make of a channel, with the derivatives that carry their errors over, and
+/// the variance of what else went in.
 struct Part {
-    double value = 0, by_a = 1, by_b = 0;
+    double value = 0, by_a = 1, by_b = 0, variance = 0;
 };
 
 /// What a pass adds to one channel: a combination of its terms, or a function of two.
@@ -55,9 +56,9 @@ struct Plan {
     std::vector<std::string> warnings;  ///< what the report says of the job, however it is computed
 };
 
-/// 1 − E_avg of the job's lobe at each place of Places::averaged(job), exact.
+/// 1 − E_avg of the job's lobe at each place of Places::averaged(job), with its standard error.
 struct Averages {
-    std::vector<double> deficit;
+    std::vector<double> deficit, standard_error;
 };
 
 /// `averages` is asked only where a term of multiple scattering needs it.

@@ -151,7 +151,7 @@ TEST(Plan, AveragesSayThatTheyWork) {
         int call_count = 0;
         Control control;
         control.progress = [&](const Progress&) { ++call_count; };
-        const Averages averages = average_deficits(job, *native, control);
+        const Averages averages = average_deficits(job, *native, pool, control);
         EXPECT_EQ(averages.deficit.size(), Places::averaged(job).count());
         EXPECT_GT(call_count, 1) << to_word(distribution);
     }

@@ -115,10 +115,29 @@ TEST_F(Traps, N20Quadrature) {
     for (const Precision precision : {Precision::float32, Precision::float64})
         for (const int fresnel : {kNoFresnel, kSchlickWeight}) {
             std::feclearexcept(kTraps);
-            integrate_quadrature(*backend_, {Masking::smith_correlated, fresnel, precision},
-                                 {places.NoV, places.alpha, {}, {}}, {1e-9, 0});
+            const SmithRule rule{Masking::smith_correlated, fresnel};
+            integrate_quadrature(*backend_, {rule, precision}, {places.NoV, places.alpha, {}, {}},
+                                 {1e-9, 0});
             EXPECT_EQ(raised(), "") << "fresnel " << fresnel;
         }
+}
+
+// The rule of every lobe, where no exp() is in it: those of lane_math.h compute both sides of a
+// choice, and of the one that is not taken flags stay.
+TEST_F(Traps, N20QuadratureOfLobes) {
+    constexpr int kGgx = 0, kDielectric = 3;
+    const Stiff places = stiff_places();
+    for (const Precision precision : {Precision::float32, Precision::float64})
+        for (const int masking : {0, 2, 4})
+            for (const bool total : {false, true}) {
+                const LobeRule rule{kGgx, masking, total ? kDielectric : kSchlickWeight, total};
+                const QuadratureKind kind{rule, precision};
+                const QuadratureParameters parameters = any_quadrature_parameters(kind);
+                std::feclearexcept(kTraps);
+                integrate_quadrature(*backend_, kind, {places.NoV, places.alpha, parameters, {}},
+                                     {1e-5, 0});
+                EXPECT_EQ(raised(), "") << "masking " << masking << ", total " << total;
+            }
 }
 
 TEST_F(Traps, AFlagIsSeen) {
