@@ -229,6 +229,14 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
     }
     std::vector<Chart> charts;
     for (const std::string& family : order) charts.push_back(map_of(family, families[family]));
+    // By the width, then the height: narrow ones stand two a row, beside one of their size.
+    std::stable_sort(charts.begin(), charts.end(), [](const Chart& a, const Chart& b) {
+        const auto size = [](const Chart& chart) {
+            const auto& map = std::get<HeatMap>(chart);
+            return std::pair(map.columns.size() > 32, -static_cast<int>(map.rows.size()));
+        };
+        return size(a) < size(b);
+    });
     return charts;
 }
 
