@@ -145,6 +145,9 @@ int main(int count, char** values) {
     const Reader reader = command == "worker" ? Reader::worker : Reader::serve;
     if (!known || (words.size() > 1 && (words[1] == "--help" || words[1] == "-h"))) {
         const bool asked = known || command == "--help" || command == "-h";
+        if (!asked && !words.empty())
+            std::fprintf(stderr, "kilnd: \"%.80s\" is no command; allowed: serve, worker\n",
+                         command.c_str());
         std::fputs(kUsage, asked ? stdout : stderr);
         if (known) std::printf("\n%s", kiln::settings_help(reader).c_str());
         return asked ? 0 : kExitUsage;

@@ -137,8 +137,8 @@ void Engine::warm_up() {
 }
 
 Outcome Engine::run(const JobSpec& job, const Control& control, bool standard_error_planes) {
-    const Plan plan =
-        make_plan(job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
+    const Plan plan = make_plan(
+        job, [&] { return average_deficits(job, *state_->native, state_->pool, control); });
     const Request request{job, plan, control, standard_error_planes};
     Outcome outcome;
     const Place place =

@@ -72,8 +72,11 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& kn
     if (word.size() > kLongestWord) return "";
     std::size_t nearest = 1 + word.size() / 3;  // a third of the letters may differ
     const std::string* best = nullptr;
+    // "samples" means sample_count, however near the letters of sampler are.
+    const std::string stem(word.ends_with('s') ? word.substr(0, word.size() - 1) : word);
     for (const std::string& candidate : known) {
-        const std::size_t distance = edit_distance(word, candidate);
+        const bool begins = stem.size() > 2 && candidate.starts_with(stem + "_");
+        const std::size_t distance = begins ? 0 : edit_distance(word, candidate);
         if (distance > nearest || (best && distance == nearest)) continue;
         nearest = distance;
         best = &candidate;

@@ -62,7 +62,7 @@ struct Word {
     std::string line;
 };
 
-/// Two charts a row, heat maps and furnaces one; verdicts and notes below.
+/// Two charts a row, wide heat maps and furnaces one; verdicts and notes below.
 class Sheet {
   public:
     explicit Sheet(const Study& study) : study_(study) {
@@ -127,7 +127,13 @@ class Sheet {
                 words_.push_back({kNote, charts::kMuted, line});
     }
 
-    static bool wide(const Chart& chart) { return !std::holds_alternative<LineChart>(chart); }
+    /// Heat maps of so few columns are read at half the width as well.
+    static constexpr std::size_t kHalfColumns = 32;
+    static bool wide(const Chart& chart) {
+        if (const auto* map = std::get_if<HeatMap>(&chart))
+            return map->columns.size() > kHalfColumns;
+        return !std::holds_alternative<LineChart>(chart);
+    }
 
     const Study& study_;
     std::vector<Box> places_;

@@ -56,6 +56,17 @@ struct Group {
     }
 };
 
+/// The limit that a value was held to: what looks failed may be the rounding of an input that
+/// moves the model so far, or what samples leave.
+std::string allowed(const Finding& f) {
+    std::string words;
+    if (f.error_float()) words += " +- " + number(f.in_float.tolerance) + " in float";
+    if (f.error_double())
+        words += std::string(words.empty() ? "" : ",") + " +- " + number(f.in_double.tolerance) +
+                 " in double";
+    return words + ": " + f.limit;
+}
+
 Verdict verdict_of(const std::string& name, const Group& group) {
     const Finding& worst = *group.worst;
     Verdict v{name, group.failed == 0, true, worst.strain(), 1.0, ""};
@@ -63,15 +74,16 @@ Verdict verdict_of(const std::string& name, const Group& group) {
                   ? text("every value within its tolerance, at %zu places; nearest: ", group.count)
                   : text("%zu of %zu places beyond tolerance; worst: ", group.failed, group.count);
     v.words += place_of(worst) + " (";
-    constexpr const char* names[] = {"float ", "OpenCL ", "double "};
+    constexpr const char* names[] = {"float ", "OpenCL ", "double ", "OpenCL double "};
     for (std::size_t a = 0; a < kArithmetics; ++a) {
         if (!worst.values[a]) continue;
         // What looks the same is said once.
         const std::string found = number(*worst.values[a]);
-        const double like = a == kOpenClFloat ? *worst.values[kNativeFloat] : worst.in_double.value;
+        double like = worst.in_double.value;
+        if (is_opencl(a) && worst.values[a - 1]) like = *worst.values[a - 1];
         if (a == kNativeFloat || found != number(like)) v.words += names[a] + found + ", ";
     }
-    v.words += "right " + number(worst.in_double.value) + ")";
+    v.words += "right " + number(worst.in_double.value) + allowed(worst) + ")";
     return v;
 }
 
@@ -158,18 +170,20 @@ StudyTable table_of(const std::vector<Finding>& findings) {
                      "native_float",
                      "opencl_float",
                      "native_double",
+                     "opencl_double",
                      "error_float",
                      "error_double",
                      "tolerance_float",
                      "tolerance_double",
+                     "limit",
                      "passes"};
     const auto cell = [](std::optional<double> value) { return value ? Cell(*value) : Cell(); };
     for (const Finding& f : findings)
-        table.rows.push_back({f.family, f.model, f.row, f.quantity, cell(f.NoV), cell(f.alpha),
-                              f.input, f.in_double.value, f.source, cell(f.values[0]),
-                              cell(f.values[1]), cell(f.values[2]), cell(f.error_float()),
-                              cell(f.error_double()), f.in_float.tolerance, f.in_double.tolerance,
-                              std::string(f.passes() ? "yes" : "no")});
+        table.rows.push_back(
+            {f.family, f.model, f.row, f.quantity, cell(f.NoV), cell(f.alpha), f.input,
+             f.in_double.value, f.source, cell(f.values[0]), cell(f.values[1]), cell(f.values[2]),
+             cell(f.values[3]), cell(f.error_float()), cell(f.error_double()), f.in_float.tolerance,
+             f.in_double.tolerance, f.limit, std::string(f.passes() ? "yes" : "no")});
     return table;
 }
 
@@ -215,6 +229,14 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
     }
     std::vector<Chart> charts;
     for (const std::string& family : order) charts.push_back(map_of(family, families[family]));
+    // By the width, then the height: narrow ones stand two a row, beside one of their size.
+    std::stable_sort(charts.begin(), charts.end(), [](const Chart& a, const Chart& b) {
+        const auto size = [](const Chart& chart) {
+            const auto& map = std::get<HeatMap>(chart);
+            return std::pair(map.columns.size() > 32, -static_cast<int>(map.rows.size()));
+        };
+        return size(a) < size(b);
+    });
     return charts;
 }
 
@@ -233,7 +255,10 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
         for (const Specialisation& what : part.programs)
             if (std::find(kernels.begin(), kernels.end(), KernelKind(what)) == kernels.end())
                 kernels.push_back(what);
-    bench.open(kernels);
+    std::vector<KernelKind> wide = kernels;
+    for (KernelKind& kernel : wide)
+        std::visit([](auto& kind) { kind.precision = Precision::float64; }, kernel);
+    bench.open(kernels, wide);
     const auto opened = std::chrono::steady_clock::now();
     Findings all;
     for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -19,7 +19,17 @@ struct Place {
     double NoV = 1, alpha = 1;
 };
 
-enum Arithmetic : std::size_t { kNativeFloat, kOpenClFloat, kNativeDouble, kArithmetics };
+enum Arithmetic : std::size_t {
+    kNativeFloat,
+    kOpenClFloat,
+    kNativeDouble,
+    kOpenClDouble,
+    kArithmetics
+};
+constexpr bool is_double(std::size_t arithmetic) { return arithmetic >= kNativeDouble; }
+constexpr bool is_opencl(std::size_t arithmetic) {
+    return arithmetic == kOpenClFloat || arithmetic == kOpenClDouble;
+}
 /// Empty where there is no such backend, or where a value is not made in that arithmetic.
 using Readings = std::array<std::optional<double>, kArithmetics>;
 
@@ -45,7 +55,8 @@ struct Finding {
     std::optional<double> NoV, alpha;
     Right in_float, in_double;
     Readings values;
-    double scale = 0;  ///< errors are shown as part of this where the value is below it
+    double scale = 0;     ///< errors are shown as part of this where the value is below it
+    std::string limit{};  ///< what the tolerances are made of
 
     /// |value − right| of the worst backend; 0 where neither is finite (a pole
     /// times an underflow is a NaN: both are refused), infinite where one is.
@@ -76,9 +87,10 @@ class Bench {
     Bench(Engine& engine, const JobSpec& job, const Control& control)
         : engine_(engine), job_(job), control_(control) {}
 
-    /// Builds what later launches on OpenCL need. Throws Error("device_unavailable") where the job
-    /// names a device that is not there.
-    void open(std::span<const KernelKind> kernels);
+    /// Builds what later launches on OpenCL need, `wide` for those in double, which not every
+    /// device has. Throws Error("device_unavailable") where the job names a device that is not
+    /// there.
+    void open(std::span<const KernelKind> kernels, std::span<const KernelKind> wide);
 
     using Sums = std::array<std::vector<double>, kArithmetics>;  ///< empty: no such backend
     /// [batch][term asked for, by rising bit][place]
@@ -98,6 +110,7 @@ class Bench {
     const JobSpec& job() const { return job_; }
     const Control& control() const { return control_; }
     bool has_opencl() const { return opencl_ != nullptr; }
+    bool has_opencl_double() const { return opencl_double_ != nullptr; }
     DeviceReport device() const;
     std::uint64_t evaluations() const { return evaluations_; }
 
@@ -111,7 +124,11 @@ class Bench {
     Engine& engine_;
     const JobSpec& job_;
     const Control& control_;
-    std::shared_ptr<OpenClBackend> opencl_;
+    /// Calls on(backend, Scalar, precision, arithmetic) for all that are there; OpenCL if asked.
+    template <typename On>
+    void each(bool on_opencl, On on);
+
+    std::shared_ptr<OpenClBackend> opencl_, opencl_double_;
     std::string why_not_;
     double fraction_ = 0;
     std::uint64_t evaluations_ = 0;

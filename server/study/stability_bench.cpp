@@ -47,8 +47,10 @@ std::optional<double> Finding::error_float() const {
 }
 
 std::optional<double> Finding::error_double() const {
-    if (!values[kNativeDouble]) return std::nullopt;
-    return error_of(*values[kNativeDouble], in_double.value);
+    std::optional<double> worst;
+    for (const Arithmetic a : {kNativeDouble, kOpenClDouble})
+        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_double.value));
+    return worst;
 }
 
 double Finding::strain() const {
@@ -80,13 +82,15 @@ void Findings::add(Finding finding) {
     strains_.push_back(strain);
 }
 
-void Bench::open(std::span<const KernelKind> kernels) {
+void Bench::open(std::span<const KernelKind> kernels, std::span<const KernelKind> wide) {
     try {
         opencl_ = engine_.opencl(job_.device, kernels, control_, why_not_);
+        std::string no_double;
+        if (opencl_) opencl_double_ = engine_.opencl(job_.device, wide, control_, no_double);
     } catch (const Cancelled&) {
         throw;
     } catch (const Error& error) {
-        opencl_ = nullptr;
+        opencl_ = opencl_double_ = nullptr;
         why_not_ = error.what();
     }
     if (!opencl_ && job_.device == DeviceChoice::opencl)
@@ -104,6 +108,17 @@ void Bench::look(double fraction) {
     fraction_ = fraction;
     control_.progress({fraction, {}});
     if (control_.cancelled()) throw Cancelled();
+}
+
+template <typename On>
+void Bench::each(bool on_opencl, On on) {
+    look();
+    on(engine_.native(), 0.0f, Precision::float32, kNativeFloat);
+    look();
+    on(engine_.native(), 0.0, Precision::float64, kNativeDouble);
+    look();
+    if (opencl_ && on_opencl) on(*opencl_, 0.0f, Precision::float32, kOpenClFloat);
+    if (opencl_double_ && on_opencl) on(*opencl_double_, 0.0, Precision::float64, kOpenClDouble);
 }
 
 template <typename Scalar>
@@ -134,15 +149,10 @@ Bench::Sums Bench::run(const KernelMaterial& material,
                        std::span<const double> points, std::span<const BatchRange> batches,
                        std::span<const Place> places, bool on_opencl) {
     Sums sums;
-    look();
-    launch<float>(engine_.native(), material, parameters, points, batches, places,
-                  sums[kNativeFloat]);
-    look();
-    launch<double>(engine_.native(), material, parameters, points, batches, places,
-                   sums[kNativeDouble]);
-    look();
-    if (opencl_ && on_opencl)
-        launch<float>(*opencl_, material, parameters, points, batches, places, sums[kOpenClFloat]);
+    each(on_opencl, [&](Backend& backend, auto scalar, Precision, Arithmetic arithmetic) {
+        launch<decltype(scalar)>(backend, material, parameters, points, batches, places,
+                                 sums[arithmetic]);
+    });
     return sums;
 }
 
@@ -151,10 +161,8 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
     const std::vector<double> nodes = quadrature_nodes({}, order);
     const std::size_t stride = padded(places.size());
     Sums sums;
-    const auto on = [&](Backend& backend, auto scalar, Precision precision,
-                        std::vector<double>& out) {
+    each(true, [&](Backend& backend, auto scalar, Precision precision, Arithmetic arithmetic) {
         using Scalar = decltype(scalar);
-        look();
         const std::vector<Scalar> texels = texels_of<Scalar>(places);
         const std::vector<Scalar> own(nodes.begin(), nodes.end());
         std::vector<Scalar> values(3 * stride);
@@ -163,12 +171,9 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
         backend.run(QuadratureLaunch<Scalar>{kind, stride, texels, own, parameters, order, values});
         for (std::size_t plane = 0; plane < 3; ++plane)
             for (std::size_t i = 0; i < places.size(); ++i)
-                out.push_back(static_cast<double>(values[plane * stride + i]));
+                sums[arithmetic].push_back(static_cast<double>(values[plane * stride + i]));
         evaluations_ += places.size() * quadrature_evaluations(kind, order);
-    };
-    on(engine_.native(), 0.0f, Precision::float32, sums[kNativeFloat]);
-    on(engine_.native(), 0.0, Precision::float64, sums[kNativeDouble]);
-    if (opencl_) on(*opencl_, 0.0f, Precision::float32, sums[kOpenClFloat]);
+    });
     return sums;
 }
 

@@ -122,7 +122,7 @@ class RulePart {
             B);
         const auto d64 = deficit_truth(lobe_, twice, e64.value);
         const double d32 = quadrature_deficit(single.NoV, single.alpha, lobe_.masking);
-        if (!d64) deficit[kNativeDouble].reset();
+        if (!d64) deficit[kNativeDouble].reset(), deficit[kOpenClDouble].reset();
         const Truth right = d64.value_or(Truth{d32, "the rule in double"});
         add(place, "1 - E", right.source, {d32, 1e-6 * d32},
             {right.value, std::max(right.relative, 1e-6) * right.value}, deficit);
@@ -132,7 +132,8 @@ class RulePart {
              Right in_double, const Readings& values) {
         const std::string name = name_of(lobe_);
         findings_.add({"Quadrature", name, name + ": " + quantity, place_column(place), quantity,
-                       "", source, place.NoV, place.alpha, in_float, in_double, values, 0});
+                       "", source, place.NoV, place.alpha, in_float, in_double, values, 0,
+                       "the promise of quadrature"});
     }
 
     Bench& bench_;

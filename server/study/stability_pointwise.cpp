@@ -154,6 +154,7 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
                     if (!sums[a].empty())
                         found.values[a] =
                             sums[a][(b * planes + plane[index]) * p.places.size() + i];
+                found.limit = "rounding of its inputs and of some 30 steps";
                 findings.add(std::move(found));
             }
     }

@@ -123,6 +123,7 @@ void run_sampled(Bench& bench, const Pointwise& p, PointKind kind, Findings& fin
             const double chance = kStandardErrors * error + (kUnseen + kTruth) * size;
             found.in_float = {right, chance + kRounding * size};
             found.in_double = {right, chance};
+            found.limit = "7 standard errors, what no sample saw, and rounding";
             findings.add(std::move(found));
         }
 }

@@ -100,6 +100,9 @@ TEST(WrongJobs, NearMissesGetASuggestion) {
     EXPECT_NE(message(R"({"quantities":["average_albedo"],"samplr":"lattice"})")
                   .find("did you mean \"sampler\"?"),
               std::string::npos);
+    EXPECT_NE(message(R"({"quantities":["average_albedo"],"samples":3})")
+                  .find("did you mean \"sample_count\"?"),
+              std::string::npos);
     EXPECT_EQ(message(R"({"quantities":["average_albedo"],"callback":1})").find("did you mean"),
               std::string::npos);
 }
