@@ -35,7 +35,7 @@ for name in "$@"; do
   if [ "$name" = scene ]; then
     bin/fuzz_scene "$bound" -max_len=65536 corpus/scene/
   else
-    bin/fuzz_measurement "--reader=$name" "$bound" -max_len=4096 -artifact_prefix="$name-" \
+    bin/fuzz_measurement "--reader=$name" "$bound" -max_len=8192 -artifact_prefix="$name-" \
       "corpus/$name/"
   fi
 done
