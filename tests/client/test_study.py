@@ -86,7 +86,8 @@ class Convergence(KilnTest):
         self.assertLess(float(quadrature[-1]["error_max"]), 1e-5)
 
     def test_what_has_no_exact_values_is_refused(self):
-        self.write("job.json", {**JOB, "microfacet": {"distribution": "charlie"}})
+        self.write("job.json", {**JOB, "quantities": ["diffuse_albedo"],
+                                "diffuse": {"model": "chan2018"}})
         _, stderr = self.kiln("convergence", "job.json", "--local", "-o", "out", exit_status=3)
         self.assertIn("quadrature", stderr)
 
