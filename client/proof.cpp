@@ -18,7 +18,7 @@ namespace {
 // The full set's own error against quadrature, bilinear lookup included, stays below a tenth of
 // what 64 nodes and half floats leave.
 constexpr std::int64_t kFullNodes = 256;
-// Of lobes that quadrature has no rule for: chan2018 and ggx_lambert. Their samples are not the
+// Of lobes that quadrature has no rule for: chan2018. Its samples are not the
 // plan's: the same points would hide the same error on both sides.
 constexpr std::int64_t kSampledNodes = 128, kSampledMost = 65536;
 constexpr double kSampledError = 1e-3;
