@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Jobs of kind slices and atlas, from the job's text to image, side-car and report.
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "server/base/error.h"
@@ -12,6 +10,7 @@
 #include "server/spec/contract.h"
 #include "server/spec/spec.h"
 #include "server/worker/bake.h"
+#include "tests/measured/opencl_cache.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {
@@ -73,15 +72,12 @@ const EngineOptions kNative = options(DeviceChoice::native);
 
 /// Whatever runs it, a job's image and side-car have the same bits.
 TEST(MeasuredJob, OpenClGivesTheBitsOfNative) {
-    std::string folder = KILN_BINARY_DIR "/opencl-measured-job-XXXXXX";
-    ASSERT_NE(mkdtemp(folder.data()), nullptr);
-    setenv("POCL_CACHE_DIR", folder.c_str(), 1);
+    test::use_own_opencl_cache();
     const JobSpec job = job_of("");
     Baked there;
     try {
         there = baked(options(DeviceChoice::opencl), job);
     } catch (const Error& error) {
-        std::filesystem::remove_all(folder);
         GTEST_SKIP() << error.what();
     }
     const Baked here = baked(kNative, job);
@@ -90,7 +86,6 @@ TEST(MeasuredJob, OpenClGivesTheBitsOfNative) {
     EXPECT_EQ(there.report.device.numerics, here.report.device.numerics);
     EXPECT_EQ(there.image_digest, here.image_digest);
     EXPECT_EQ(there.sidecar, here.sidecar);
-    std::filesystem::remove_all(folder);
 }
 
 TEST(MeasuredJob, AutoFallsBackAndSaysWhy) {

@@ -2,11 +2,9 @@
 // The kernels' regular form against the triangulation that it is made of, and the bits of every
 // backend.
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <numbers>
 
 #include "server/base/error.h"
@@ -16,6 +14,7 @@
 #include "server/measured/predicted_error.h"
 #include "server/measured/resample.h"
 #include "tests/measured/files.h"
+#include "tests/measured/opencl_cache.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {
@@ -171,16 +170,13 @@ TEST(Resample, EveryInstructionSetGivesTheSameBits) {
 
 /// On OpenCL the trial, and a slice of a material: the bits of native.
 TEST(Resample, OpenClGivesTheBitsOfNative) {
-    std::string folder = KILN_BINARY_DIR "/opencl-measured-XXXXXX";
-    ASSERT_NE(mkdtemp(folder.data()), nullptr);
-    setenv("POCL_CACHE_DIR", folder.c_str(), 1);
+    test::use_own_opencl_cache();
     ThreadPool pool(1);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());
     std::unique_ptr<OpenClBackend> opencl;
     try {
         opencl = std::make_unique<OpenClBackend>(*native);
     } catch (const Error& error) {
-        std::filesystem::remove_all(folder);
         GTEST_SKIP() << error.what();
     }
     for (const MeasuredOperation operation :
@@ -206,7 +202,6 @@ TEST(Resample, OpenClGivesTheBitsOfNative) {
     const auto y = Resampler(native.get()).albedos(tables, angles);
     for (std::size_t n = 0; n < angles.size(); ++n) EXPECT_EQ(x[n].value, y[n].value);
     opencl.reset();
-    std::filesystem::remove_all(folder);
 }
 
 }  // namespace
