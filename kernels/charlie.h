@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The masking of Estevez and Kulla 2017, a fit to Smith's integral over the distribution Charlie.
 
-#define KILN_CHARLIE_MASKING 6
-#define KILN_CHARLIE_SOFTENED 7
+// No word of its own: charlie with terminator_softening.
+#define KILN_MASKING_CHARLIE_SOFTENED KILN_MASKING_COUNT
 
 KILN_FUNCTION int is_charlie_masking(const int masking) {
-    return masking == KILN_CHARLIE_MASKING || masking == KILN_CHARLIE_SOFTENED;
+    return masking == KILN_MASKING_CHARLIE || masking == KILN_MASKING_CHARLIE_SOFTENED;
 }
 
 // Eq. 3 and table 1: Λ = exp L(NoX) below 1/2, exp(2 L(1/2) − L(1 − NoX))
@@ -28,9 +28,9 @@ KILN_CALLED real charlie_log_lambda(real alpha, real NoX) {
 
 // 1 / ((1 + Λv + Λl) 4 NoV NoL). Infinite at NoV = 0, as the model is. Softened: the light's Λ
 // to the power 1 + 2 (1 − NoL)^8 (eq. 4).
-KILN_FUNCTION real charlie_visibility(const int masking, real alpha, real NoV, real NoL) {
+KILN_FUNCTION real charlie_fit_visibility(const int softened, real alpha, real NoV, real NoL) {
     real log_light = charlie_log_lambda(alpha, NoL);
-    if (masking == KILN_CHARLIE_SOFTENED) {
+    if (softened) {
         const real m = K(1.0) - NoL, m2 = m * m, m4 = m2 * m2;
         log_light = log_light * lane_fma(lanes(K(2.0)), m4 * m4, lanes(K(1.0)));
     }

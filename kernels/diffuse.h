@@ -2,7 +2,7 @@
 // Diffuse models, one colour channel at a time: each returns π f, whose mean under cosine sampling
 // of the light is the directional albedo. Roughness is the artist's 0…1. Some models rightly return
 // an albedo above 1; nothing is clamped that the model's author does not clamp. The function of a
-// word of the contract is diffuse_WORD(); its number, KILN_DIFFUSE_WORD, is in diffuse_words.h.
+// word of the contract is diffuse_WORD(); its number, KILN_DIFFUSE_WORD, is in words.h.
 
 // View and light above the horizon. cos_phi is that of the azimuth between them, H = (V + L)/|V +
 // L|.

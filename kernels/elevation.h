@@ -48,7 +48,7 @@ KILN_FUNCTION real charlie_tip(real alpha) {
 
 // A distribution's own width about the mirror direction.
 KILN_FUNCTION real peak_width(const int distribution, Eye eye) {
-    if (distribution == KILN_CHARLIE)
+    if (distribution == KILN_DISTRIBUTION_CHARLIE)
         return lane_min(charlie_tip(eye.alpha), K(0.5) * lane_sqrt(eye.alpha));
     return K(0.7) * eye.alpha * eye.one_plus_po2;
 }
@@ -91,7 +91,7 @@ KILN_FUNCTION void make_cuts(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
     const real near = lane_fma(lanes(K(4.0)), eye.po, K(1e-5) * eye.alpha);
     const real pole = lane_select(eye.po > zero, lane_min(near, peak), peak);
     real horizon = K(0.5) * eye.alpha;
-    if (what.distribution == KILN_CHARLIE) horizon = K(0.5) * lane_sqrt(eye.alpha);
+    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) horizon = K(0.5) * lane_sqrt(eye.alpha);
     // Charlie's own masking goes like a power of 0.17 to 0.2 at both ends of the elevation.
     if (cloth) horizon = lanes(K(1e-10));
     cuts->count = 0;

@@ -7,11 +7,8 @@
 #define KILN_TERM_FRESNEL 2  // (1 − VoH)^5 f NoL / pdf: its mean is B
 #define KILN_TERM_DEFICIT 4  // its mean is 1 − E, summed as such since E → 1 at low roughness
 
-#define KILN_IMPORTANCE_VNDF 0
-#define KILN_IMPORTANCE_NDF 1
-#define KILN_IMPORTANCE_COSINE 2
-#define KILN_IMPORTANCE_UNIFORM 3
-#define KILN_IMPORTANCE_LOG_TANGENTS 4  // the deficit alone, see weigh()
+// No word of its own: the deficit alone, see weigh().
+#define KILN_IMPORTANCE_LOG_TANGENTS KILN_IMPORTANCE_COUNT
 
 typedef struct {
     int masking, importance, terms;

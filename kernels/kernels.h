@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // All kernels, each of which uses the ones before it: the one list of them, which CMakeLists.txt
-// reads to make the OpenCL text; diffuse_words.h is made by cmake/Words.cmake. No guard: C++
+// reads to make the OpenCL text; words.h is made by cmake/Words.cmake. No guard: C++
 // includes it once a precision and lane width.
 // clang-format off
 #include "kernels/lane.h"
 #include "kernels/lane_math.h"
 #include "kernels/lane_arc.h"
 #include "kernels/fresnel.h"
-#include "kernels/diffuse_words.h"
+#include "kernels/words.h"
 #include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"

@@ -29,8 +29,8 @@ typedef struct {
 
 // GGX under Smith from half vectors: the fast path's own lobe, with its exact deficit.
 KILN_FUNCTION int is_fast_lobe(const Material what) {
-    return what.distribution == KILN_GGX && what.masking <= KILN_SMITH_SEPARABLE &&
-           what.importance <= KILN_IMPORTANCE_NDF;
+    return what.distribution == KILN_DISTRIBUTION_GGX &&
+           what.masking <= KILN_MASKING_SMITH_SEPARABLE && what.importance <= KILN_IMPORTANCE_NDF;
 }
 
 // Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
@@ -71,9 +71,9 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
         const HalfVector h = ggx_sample_vndf(view, point);
         s = scatter_half_vector(what.importance, view, h, point[1]);
-        if (what.distribution == KILN_BECKMANN)
+        if (what.distribution == KILN_DISTRIBUTION_BECKMANN)
             s.factor = s.factor * beckmann_over_ggx(view, h, point[1]);
-    } else if (what.distribution == KILN_BECKMANN) {
+    } else if (what.distribution == KILN_DISTRIBUTION_BECKMANN) {
         s = scatter_half_vector(what.importance, view, beckmann_sample_ndf(view, point), point[1]);
     } else {
         s = scatter_half_vector(what.importance, view, ggx_sample_ndf(view, point), point[1]);

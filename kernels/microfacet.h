@@ -3,17 +3,6 @@
 // plain vectors. A lobe is D(h) V(NoV, NoL) F(VoH), with the visibility V = G2 / (4 NoV NoL) in
 // forms that need no division by a cosine.
 
-#define KILN_GGX 0
-#define KILN_BECKMANN 1
-#define KILN_CHARLIE 2
-
-// KILN_SMITH_CORRELATED 0 and KILN_SMITH_SEPARABLE 1 stand in smith.h.
-#define KILN_KARIS_IBL 2
-#define KILN_KARIS_DIRECT 3
-#define KILN_UNREAL_JOINT 4
-#define KILN_NEUBELT 5
-// KILN_CHARLIE_MASKING 6 and KILN_CHARLIE_SOFTENED 7 in charlie.h.
-
 #define KILN_PI K(3.14159265358979324)
 
 // A sampled light, in what lobes read of it. `factor` is NoL / pdf, with as much of D as the
@@ -48,15 +37,13 @@ KILN_FUNCTION real charlie_D(real alpha, real NoH, real sin2_H) {
     return (K(2.0) + inverse) * power / (K(2.0) * KILN_PI);
 }
 
+#define KILN_DISTRIBUTION_ROW(number, word) \
+    if (distribution == KILN_DISTRIBUTION_##number) D = word##_D(alpha, NoH, sin2_H);
+
 // At α = 0 it is no function: infinite, so that sampling it fails instead of missing it in silence.
 KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
-    real D;
-    if (distribution == KILN_BECKMANN)
-        D = beckmann_D(alpha, NoH, sin2_H);
-    else if (distribution == KILN_CHARLIE)
-        D = charlie_D(alpha, NoH, sin2_H);
-    else
-        D = ggx_D(alpha, NoH, sin2_H);
+    real D = lanes(K(0.0));
+    KILN_DISTRIBUTION_ROWS(KILN_DISTRIBUTION_ROW)
     return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
 }
 
@@ -71,7 +58,7 @@ KILN_FUNCTION real beckmann_tail(real slope, real NoX) {
 // NoX (1 + Λ(NoX)), regular at NoX = 0. GGX: Heitz 2014, eq. 72.
 KILN_FUNCTION real smith_reach(const int distribution, real alpha, real NoX, real sinX) {
     const real slope = alpha * sinX;
-    if (distribution == KILN_GGX)
+    if (distribution == KILN_DISTRIBUTION_GGX)
         return K(0.5) * (NoX + lane_sqrt(lane_fma(NoX, NoX, slope * slope)));
     return lane_fma(slope * KILN_BECKMANN_TAIL, beckmann_tail(slope, NoX), NoX);
 }
@@ -79,7 +66,7 @@ KILN_FUNCTION real smith_reach(const int distribution, real alpha, real NoX, rea
 // NoX Λ(NoX), without the subtraction.
 KILN_FUNCTION real smith_excess(const int distribution, real alpha, real NoX, real sinX) {
     const real slope = alpha * sinX;
-    if (distribution == KILN_GGX) {
+    if (distribution == KILN_DISTRIBUTION_GGX) {
         const real S = lane_sqrt(lane_fma(NoX, NoX, slope * slope));
         return K(0.5) * slope * (slope / (NoX + S));
     }
@@ -92,25 +79,56 @@ KILN_FUNCTION real karis_visibility(real k, real NoV, real NoL) {
     return K(0.25) / (lane_fma(NoV, rest, k) * lane_fma(NoL, rest, k));
 }
 
+// The visibility of a word of the contract is WORD_visibility(), from the directions' cosines and
+// sines.
+KILN_FUNCTION real smith_correlated_visibility(const int distribution, real alpha, Scattering s) {
+    const real view = smith_reach(distribution, alpha, s.NoV, s.sinV);
+    const real light = smith_reach(distribution, alpha, s.NoL, s.sinL);
+    return K(0.25) / (lane_fma(s.NoL, view, s.NoV * light) - s.NoV * s.NoL);
+}
+
+KILN_FUNCTION real smith_separable_visibility(const int distribution, real alpha, Scattering s) {
+    const real view = smith_reach(distribution, alpha, s.NoV, s.sinV);
+    return K(0.25) / (view * smith_reach(distribution, alpha, s.NoL, s.sinL));
+}
+
+KILN_FUNCTION real karis_ibl_visibility(const int distribution, real alpha, Scattering s) {
+    (void)distribution;
+    return karis_visibility(K(0.5) * alpha, s.NoV, s.NoL);
+}
+
+KILN_FUNCTION real karis_direct_visibility(const int distribution, real alpha, Scattering s) {
+    (void)distribution;
+    const real r = lane_sqrt(alpha) + K(1.0);
+    return karis_visibility(K(0.125) * r * r, s.NoV, s.NoL);
+}
+
+// Unreal 4's approximation of correlated Smith.
+KILN_FUNCTION real unreal_joint_visibility(const int distribution, real alpha, Scattering s) {
+    (void)distribution;
+    const real rest = K(1.0) - alpha, view = lane_fma(s.NoV, rest, alpha);
+    return K(0.5) / lane_fma(s.NoL, view, s.NoV * lane_fma(s.NoL, rest, alpha));
+}
+
+// Neubelt, Pettineo 2013.
+KILN_FUNCTION real neubelt_visibility(const int distribution, real alpha, Scattering s) {
+    (void)distribution;
+    (void)alpha;
+    return K(0.25) / lane_fma(-s.NoL, s.NoV, s.NoL + s.NoV);
+}
+
+KILN_FUNCTION real charlie_visibility(const int distribution, real alpha, Scattering s) {
+    (void)distribution;
+    return charlie_fit_visibility(0, alpha, s.NoV, s.NoL);
+}
+
+#define KILN_MASKING_ROW(number, word) \
+    if (masking == KILN_MASKING_##number) return word##_visibility(distribution, alpha, s);
+
 KILN_CALLED real microfacet_visibility(const int distribution, const int masking, real alpha,
                                        Scattering s) {
-    const real NoV = s.NoV, NoL = s.NoL;
-    if (masking == KILN_KARIS_IBL) return karis_visibility(K(0.5) * alpha, NoV, NoL);
-    if (masking == KILN_KARIS_DIRECT) {
-        const real r = lane_sqrt(alpha) + K(1.0);
-        return karis_visibility(K(0.125) * r * r, NoV, NoL);
-    }
-    if (masking == KILN_UNREAL_JOINT) {  // Unreal 4's approximation of correlated Smith
-        const real rest = K(1.0) - alpha;
-        return K(0.5) / lane_fma(NoL, lane_fma(NoV, rest, alpha), NoV * lane_fma(NoL, rest, alpha));
-    }
-    if (masking == KILN_NEUBELT)  // Neubelt, Pettineo 2013
-        return K(0.25) / lane_fma(-NoL, NoV, NoL + NoV);
-    if (is_charlie_masking(masking)) return charlie_visibility(masking, alpha, NoV, NoL);
-    const real view = smith_reach(distribution, alpha, NoV, s.sinV);
-    const real light = smith_reach(distribution, alpha, NoL, s.sinL);
-    if (masking == KILN_SMITH_SEPARABLE) return K(0.25) / (view * light);
-    return K(0.25) / (lane_fma(NoL, view, NoV * light) - NoV * NoL);
+    KILN_MASKING_ROWS(KILN_MASKING_ROW)
+    return charlie_fit_visibility(1, alpha, s.NoV, s.NoL);
 }
 
 // D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with

@@ -22,11 +22,11 @@ KILN_FUNCTION real azimuth_width2(const Lobe what, KILN_GLOBAL const scalar* p, 
                                   real hz2, real apart2, real start, const int inner) {
     const real divisor = lane_select(ray.sines > K(0.0), ray.sines, lanes(K(1.0)));
     real width2 = eye.alpha2 * hz2;
-    if (what.distribution == KILN_CHARLIE) {
+    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) {
         const real tip = charlie_tip(eye.alpha);
         width2 = tip * tip / (K(4.0) * eye.alpha) * hz2;
     }
-    if (what.distribution != KILN_BECKMANN) width2 += apart2;
+    if (what.distribution != KILN_DISTRIBUTION_BECKMANN) width2 += apart2;
     width2 = lane_select(ray.sines > K(0.0), width2 / divisor, lanes(K(1.0))) + start;
     if (!inner) return width2;
     const real past = lane_fma(ray.sum * ray.sum, ray.unit, lanes(p[0]));
@@ -91,7 +91,7 @@ KILN_FUNCTION real smith_missing(const Lobe what, Eye eye, Scattering s) {
     const real masked = smith_excess(what.distribution, eye.alpha, s.NoL, s.sinL);
     const real reach = s.NoL + masked;
     real share = masked / reach;
-    if (what.masking != KILN_SMITH_SEPARABLE)
+    if (what.masking != KILN_MASKING_SMITH_SEPARABLE)
         share = s.NoV * masked / lane_fma(s.NoL, view - s.NoV, s.NoV * reach);
     return K(0.25) * share / view;
 }
@@ -99,7 +99,7 @@ KILN_FUNCTION real smith_missing(const Lobe what, Eye eye, Scattering s) {
 KILN_FUNCTION LobePart lobe_node(const Lobe what, KILN_GLOBAL const scalar* p, Eye eye,
                                  Scattering s, Ray ray, real gap, KILN_GLOBAL const scalar* nodes,
                                  const unsigned int count) {
-    const int closed = what.distribution == KILN_GGX;
+    const int closed = what.distribution == KILN_DISTRIBUTION_GGX;
     Circle ring = {lanes(K(0.0)), lanes(K(0.0))};
     if (!closed || what.fresnel != KILN_FRESNEL_NONE)
         ring = lobe_circle(what, p, eye, ray, gap, 0, nodes, count);
@@ -111,7 +111,8 @@ KILN_FUNCTION LobePart lobe_node(const Lobe what, KILN_GLOBAL const scalar* p, E
     s.sinL = ray.sine;
     const real lit = s.NoL * microfacet_visibility(what.distribution, what.masking, eye.alpha, s);
     LobePart part = {mean * lit, ring.one * lit, ring.fresnel * lit, lanes(K(0.0))};
-    if (what.masking <= KILN_SMITH_SEPARABLE) part.deficit = mean * smith_missing(what, eye, s);
+    if (what.masking <= KILN_MASKING_SMITH_SEPARABLE)
+        part.deficit = mean * smith_missing(what, eye, s);
     return part;
 }
 
@@ -125,7 +126,7 @@ KILN_FUNCTION real lobe_lost(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
         Ray ray = quadrature_ray(eye, -x, gap, K(1.0) + x);
         ray.sum = eye.po * nodes[2 * (order - 1 - i)];  // 1 − u, without cancellation
         real mean;
-        if (what.distribution == KILN_GGX)
+        if (what.distribution == KILN_DISTRIBUTION_GGX)
             mean = eye.alpha2 / KILN_PI * quadrature_circle(eye, ray);
         else
             mean = lobe_circle(what, p, eye, ray, gap, 0, nodes + 2 * order, azimuths).one;
@@ -137,8 +138,8 @@ KILN_FUNCTION real lobe_lost(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
 
 // The mirror, α = 0: G2 at the mirror direction. Charlie has none, and says so by infinity.
 KILN_FUNCTION real mirror_albedo(const Lobe what, real alpha, Scattering s) {
-    if (what.distribution == KILN_CHARLIE) return K(1.0) / alpha;
-    if (what.masking <= KILN_SMITH_SEPARABLE) return lanes(K(1.0));
+    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) return K(1.0) / alpha;
+    if (what.masking <= KILN_MASKING_SMITH_SEPARABLE) return lanes(K(1.0));
     s.NoV = lane_max(s.NoV, lanes(K(1e-9)));
     s.NoL = s.NoV;
     return K(4.0) * (s.NoV * s.NoV) *
@@ -183,7 +184,7 @@ KILN_FUNCTION Albedo quadrature_lobe(const Lobe what, KILN_GLOBAL const scalar* 
     const scalar turn = K(2.0) * KILN_PI;
     const real mirror = mirror_albedo(what, alpha, s);
     Albedo result;
-    if (what.masking <= KILN_SMITH_SEPARABLE) {
+    if (what.masking <= KILN_MASKING_SMITH_SEPARABLE) {
         all.deficit += lobe_lost(what, p, eye, s, nodes, order, azimuths);
         result.deficit = lane_select(alpha > K(0.0), turn * all.deficit, lanes(K(0.0)));
         result.E = K(1.0) - result.deficit;

@@ -7,12 +7,9 @@
 // view's pair comes divided by its own S, as c = NoV / S(NoV) beside 1, and the light's in any
 // common scale: the sampler's half vector is not unit, and this saves its division.
 
-#define KILN_SMITH_CORRELATED 0
-#define KILN_SMITH_SEPARABLE 1
-
 // G2 / G1(V): the weight of a sample of the visible normals. NoL > 0.
 KILN_FUNCTION real smith_G2_over_G1(const int masking, real c, real NoL, real S) {
-    if (masking == KILN_SMITH_SEPARABLE) return K(2.0) * NoL / (NoL + S);
+    if (masking == KILN_MASKING_SMITH_SEPARABLE) return K(2.0) * NoL / (NoL + S);
     return NoL * (K(1.0) + c) / lane_fma(c, S, NoL);
 }
 
@@ -20,6 +17,6 @@ KILN_FUNCTION real smith_G2_over_G1(const int masking, real c, real NoL, real S)
 // as α → 0.
 KILN_FUNCTION real smith_deficit(const int masking, real c, real NoL, real S, real excess) {
     const real sum = S + NoL;
-    if (masking == KILN_SMITH_SEPARABLE) return excess / (sum * sum);
+    if (masking == KILN_MASKING_SMITH_SEPARABLE) return excess / (sum * sum);
     return c * excess / (sum * lane_fma(c, S, NoL));
 }

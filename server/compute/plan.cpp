@@ -345,7 +345,8 @@ KernelMaterial lobe_of(const JobSpec& job) {
     KernelMaterial material;
     material.distribution = static_cast<int>(job.distribution);
     material.masking = static_cast<int>(job.masking);
-    if (job.masking == Masking::charlie && job.terminator_softening) ++material.masking;
+    if (job.masking == Masking::charlie && job.terminator_softening)
+        material.masking = kCharlieSoftened;
     material.importance = static_cast<int>(job.importance);
     return material;
 }

@@ -22,15 +22,8 @@ static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
               kExponentParameter == KILN_PARAMETER_EXPONENT &&
               kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS &&
               kWalkScalars == KILN_WALK_SCALARS);
-static_assert(static_cast<int>(Masking::unreal_joint) == KILN_UNREAL_JOINT &&
-              static_cast<int>(Masking::charlie) == KILN_CHARLIE_MASKING &&
-              static_cast<int>(Distribution::charlie) == KILN_CHARLIE &&
-              static_cast<int>(Importance::uniform) == KILN_IMPORTANCE_UNIFORM &&
-              static_cast<int>(DiffuseModel::ggx_lambert) -
-                      static_cast<int>(DiffuseModel::lambert) ==
-                  KILN_DIFFUSE_GGX_LAMBERT);
-
-static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS);
+static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
+              kCharlieSoftened == KILN_MASKING_CHARLIE_SOFTENED);
 
 constexpr double kTwo32 = 4294967296.0;
 // Azimuth and polar angle of each direction, then NoV of averages. Azimuths are in half turns: the

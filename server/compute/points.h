@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/compute/native_group.h"
+#include "server/compute/terms.h"
 #include "server/spec/job_spec.h"
 
 namespace kiln {
@@ -42,7 +43,7 @@ enum class PointKind {
     facet_walk,             ///< three facets on a walk, from a set of its own
 };
 /// The importance by which the kernels know log tangents; no job spells it.
-inline constexpr int kLogTangents = 4;
+inline constexpr int kLogTangents = KILN_IMPORTANCE_COUNT;
 
 /// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "server/base/error.h"
+#include "server/compute/terms.h"
 
 namespace kiln {
 
@@ -182,7 +183,7 @@ std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder
     if (!lobe) return (2 * n + n / 2) * (fresnel ? 1 + m : 1) + n / 2;
     // As make_cuts() of kernels/elevation.h has it: two pieces between two cuts.
     const bool ggx = lobe->distribution == static_cast<int>(Distribution::ggx);
-    const bool charlie_masking = lobe->masking >= static_cast<int>(Masking::charlie);
+    const bool charlie_masking = is_charlie_fit(lobe->masking);
     const std::uint64_t cuts =
         3U + (charlie_masking ? 1U : 0U) + (lobe->total_reflection ? 2U : 0U);
     const std::uint64_t rings = (ggx && !fresnel ? 0U : 1U) + (lobe->total_reflection ? 1U : 0U);
@@ -192,7 +193,7 @@ std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder
 
 double quadrature_float_rounding(const QuadratureKind& kind) {
     const auto* lobe = std::get_if<LobeRule>(&kind.rule);
-    const bool charlie = lobe && lobe->masking >= static_cast<int>(Masking::charlie);
+    const bool charlie = lobe && is_charlie_fit(lobe->masking);
     return charlie ? 3 * kQuadratureFloatRounding : kQuadratureFloatRounding;
 }
 

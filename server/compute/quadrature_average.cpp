@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "server/compute/quadrature.h"
+#include "server/compute/terms.h"
 
 namespace kiln {
 
@@ -31,8 +32,7 @@ std::vector<AveragePiece> pieces_of(const QuadratureKind& kind, double alpha) {
     constexpr double kTip = 1e-6;  // what is missed is below its square, and w^1.17 at the zenith
     if (is_diffuse(kind)) return {{0, 1, 0.5}};
     const auto* lobe = std::get_if<LobeRule>(&kind.rule);
-    if (lobe && lobe->masking >= static_cast<int>(Masking::charlie))
-        return {{0, 0.5, kTip}, {1, 0.5, kTip}};
+    if (lobe && is_charlie_fit(lobe->masking)) return {{0, 0.5, kTip}, {1, 0.5, kTip}};
     if (lobe && lobe->distribution == static_cast<int>(Distribution::charlie))
         return {{0, 1, 0.5 * std::sqrt(alpha)}};
     return {{0, 1, std::min(0.7 * alpha, 0.5)}};

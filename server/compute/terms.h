@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 
+#include "kernels/words.h"  // cmake/Words.cmake
+
 namespace kiln {
 
 /// The sums that the kernels can make, by index; 1 << index is its KILN_TERM_ bit
@@ -17,6 +19,12 @@ enum Term : std::size_t {
     kTransmitted = 9,  ///< (1 − F(VoH)) π f_d
 };
 inline constexpr std::size_t kTermCount = 12;
+
+/// The masking by which the kernels know charlie with terminator_softening; it has no word.
+inline constexpr int kCharlieSoftened = KILN_MASKING_COUNT;
+constexpr bool is_charlie_fit(int masking) {
+    return masking == KILN_MASKING_CHARLIE || masking == kCharlieSoftened;
+}
 
 /// Numbers of the material that a launch carries (kernels/material.h): Fresnel's of three channels,
 /// the diffuse albedo of each, Schlick's exponent of the split sum.

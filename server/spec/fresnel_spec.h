@@ -3,22 +3,9 @@
 #include <optional>
 #include <vector>
 
-namespace kiln {
+#include "server/spec/closed_sets.h"  // cmake/Words.cmake
 
-// Each enumerator's word in JSON is its own name.
-enum class Fresnel { none, schlick, dielectric, conductor, edge_tint, f82_tint };
-enum class Metal {
-    aluminium,
-    chromium,
-    copper,
-    gold,
-    iron,
-    nickel,
-    platinum,
-    silver,
-    titanium,
-    tungsten,
-};
+namespace kiln {
 
 /// A Fresnel model and its parameters. A vector that the model uses holds one value, or three for
 /// linear RGB; the others are not looked at. Ranges: FresnelLimits in server/compute/fresnel.h.

@@ -6,73 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "server/spec/diffuse_words.h"  // cmake/Words.cmake
+#include "server/spec/closed_sets.h"  // cmake/Words.cmake
 #include "server/spec/fresnel_spec.h"
 #include "server/spec/measured_spec.h"
 
 namespace kiln {
 
-// The closed sets of a job. Each enumerator's word in JSON is its own name (see words.h).
-enum class Kind {
-    lut,
-    convergence,
-    stability,
-    furnace,
-    slices,
-    atlas,
-    lobe_view,
-    sphere_view,
-    companion,
-    sampling,
-};
-enum class Quantity {
-    split_sum_scale,
-    split_sum_bias,
-    directional_albedo,
-    average_albedo,
-    multiscatter_albedo,
-    specular_albedo,
-    compensated_albedo,
-    fresnel_average,
-    diffuse_albedo,
-    diffuse_average_albedo,
-    total_albedo,
-};
-enum class Parameter { NoV, roughness, alpha, f0, ior };
-enum class Mapping { linear, sqrt, square };
-enum class Grid { center, node };
-enum class Integrator { monte_carlo, quadrature };
-enum class Sampler { hammersley, sobol_owen, lattice, random };
-// The numbers of the next three are those of the kernels (kernels/microfacet.h), as are
-// DiffuseModel's from lambert on (kernels/diffuse.h).
-enum class Importance { vndf, ndf, cosine, uniform };
-enum class Distribution { ggx, beckmann, charlie };
-enum class Masking {
-    smith_correlated,
-    smith_separable,
-    karis_ibl,
-    karis_direct,
-    unreal_joint,
-    neubelt,
-    charlie
-};
-#define KILN_ENUMERATOR(word) word,
-/// none, then the lobes. ggx_lambert alone is no function but the light that walks over facets.
-enum class DiffuseModel { KILN_DIFFUSE_WORDS(KILN_ENUMERATOR) };
-#undef KILN_ENUMERATOR
-enum class Coupling { none, half_vector, view, kelemen };
-/// kulla_conty_linear has F_avg where kulla_conty has F_avg², as older slides have it.
-enum class Multiscatter { none, kulla_conty, kulla_conty_linear, turquin };
-enum class Precision { float32, float64 };
-enum class DeviceChoice { automatic, opencl, native };  // "auto" in JSON
-enum class ImageFormat { exr, png };
-enum class PixelType {
-    half,
-    float32,
-    uint8,
-    uint16,
-    rgb9e5  ///< three colours in 32 bits (server/base/rgb9e5.h)
-};          // "half", "float", "uint8", "uint16", "rgb9e5" in JSON
+// The closed sets of a job, Kind to PixelType, are the contract's: cmake/Words.cmake makes them.
+// The numbers of Importance, Distribution and Masking are those of the kernels, as are
+// DiffuseModel's from lambert on.
 
 /// One axis of a table: which parameter it carries and where texel i of n lies on it.
 struct Axis {

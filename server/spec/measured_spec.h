@@ -5,20 +5,18 @@
 #include <string>
 #include <vector>
 
-namespace kiln {
+#include "server/spec/closed_sets.h"  // cmake/Words.cmake
 
-/// What happens beyond theta_in of the last measured incidence.
-enum class ThetaInBeyond {
-    clamp,        ///< the last lobe about the new mirror direction (Cezner 2024)
-    reciprocity,  ///< f(o, i) where that is measured; beyond, the last lobe at the level found
-                  ///< there
-};
+namespace kiln {
 
 /// Seed of the method: L. Cezner 2024, "Utilizing Measured Reflectance for Real-time Rendering in
 /// Game Engines", equations 12 and 13.
 struct Extrapolation {
     double p = 1;    ///< what is left of f at the horizon, 0 or more; 1 clamps
     double l = 0.3;  ///< place of the Bezier curve's middle point (l, 1 - l), 0 … 1
+    /// Beyond theta_in of the last measured incidence: clamp, the last lobe about the new mirror
+    /// direction, or reciprocity, f(o, i) where that is measured and further on the last lobe at
+    /// the level found there.
     ThetaInBeyond theta_in = ThetaInBeyond::reciprocity;
     bool operator==(const Extrapolation&) const = default;
 };

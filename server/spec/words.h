@@ -1,29 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "server/spec/job_spec.h"
 
 namespace kiln {
 
-template <class T, class... Set>
-concept OneOf = (std::same_as<T, Set> || ...);
+#define KILN_WORDS_OF(Set, ...) std::span<const std::string_view> words_of(Set);
+KILN_CLOSED_SETS(KILN_WORDS_OF)
+#undef KILN_WORDS_OF
 
 /// The closed sets that a job document spells as words.
 template <class T>
-concept JobEnum =
-    OneOf<T, Kind, Quantity, Parameter, Mapping, Grid, Integrator, Sampler, Importance,
-          Distribution, Masking, Fresnel, Metal, DiffuseModel, Coupling, Multiscatter, Precision,
-          DeviceChoice, ImageFormat, PixelType, ThetaInBeyond>;
+concept JobEnum = std::is_enum_v<T> && requires(T value) {
+    words_of(value);
+};
 
 /// The words of a closed set, in the order of its enumerators.
 template <JobEnum E>
-std::span<const std::string_view> words();
+std::span<const std::string_view> words() {
+    return words_of(E());
+}
 
 template <JobEnum E>
 std::string_view to_word(E value) {

@@ -54,7 +54,7 @@ double adaptive_integral(const std::function<double(double)>& value, double from
 // cos φ, which is positive up to an azimuth in closed form, and nowhere from t = cot(e / 2) on, e
 // the view's elevation. t = w sinh v is as dense as D is narrow.
 HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute) {
-    const bool charlie = lobe.distribution == KILN_CHARLIE;
+    const bool charlie = lobe.distribution == KILN_DISTRIBUTION_CHARLIE;
     const double width = charlie ? 1 : alpha, sinV = sine(NoV);
     const auto along = [&](double v) -> std::array<double, 2> {
         const double t = width * std::sinh(v), t2 = t * t;

@@ -36,7 +36,7 @@ inline real lane_erfcx_deficit(real a) {
 // Each of these uses the ones before it.
 // clang-format off
 #include "kernels/fresnel.h"
-#include "kernels/diffuse_words.h"
+#include "kernels/words.h"
 #include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"

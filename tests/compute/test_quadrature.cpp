@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kFresnelModels = 6;  // KILN_FRESNEL_NONE to _F82_TINT
 constexpr int kDielectric = 3;
-/// KILN_GGX … and KILN_KARIS_IBL …: the lobes of kernels/quadrature_lobe.h, the softened one last.
+/// Distribution and masking, the kernels' numbers: the lobes of kernels/quadrature_lobe.h, the
+/// softened one last.
 constexpr std::pair<int, int> kLobes[] = {{0, 2}, {0, 3}, {0, 4}, {1, 0},
                                           {1, 1}, {2, 5}, {2, 6}, {2, 7}};
 constexpr Masking kMaskings[] = {Masking::smith_correlated, Masking::smith_separable};

@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr in_double::Integrand kAll = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
+constexpr in_double::Integrand kAll = {KILN_MASKING_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
 
 in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double alpha, double u,
                           double phi) {
@@ -31,7 +31,7 @@ in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double a
 TEST(Integrand, IsBrdfTimesCosineOverDensity) {
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> uniform(0.01, 0.99);
-    const in_double::Integrand ndf = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_NDF, 7};
+    const in_double::Integrand ndf = {KILN_MASKING_SMITH_CORRELATED, KILN_IMPORTANCE_NDF, 7};
     for (int i = 0; i < 20000; ++i) {
         const double NoV = uniform(random), alpha = uniform(random), u = uniform(random),
                      phi = 3.14 * uniform(random);
@@ -87,7 +87,7 @@ TEST(Integrand, LimitsAreValuesAndNotNaN) {
 TEST(Integrand, FloatStaysInItsRangeOverRandomExtremes) {
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> exponent(-6, 0), uniform(0, 1);
-    const in_float::Integrand what = {KILN_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
+    const in_float::Integrand what = {KILN_MASKING_SMITH_CORRELATED, KILN_IMPORTANCE_VNDF, 7};
     constexpr float kSlack = 2e-6f;  // some twenty roundings of 6e-8
     for (int i = 0; i < 300000; ++i) {
         const auto NoV = static_cast<float>(i % 7 == 0    ? 0

@@ -106,15 +106,15 @@ std::size_t lobes_of_the_contract() {
 
 TEST(Reciprocity, EveryReciprocalSpecularLobe) {
     const Named lobes[] = {
-        {"ggx smith_correlated", KILN_GGX, KILN_SMITH_CORRELATED},
-        {"ggx smith_separable", KILN_GGX, KILN_SMITH_SEPARABLE},
-        {"ggx karis_ibl", KILN_GGX, KILN_KARIS_IBL},
-        {"ggx karis_direct", KILN_GGX, KILN_KARIS_DIRECT},
-        {"ggx unreal_joint", KILN_GGX, KILN_UNREAL_JOINT},
-        {"beckmann smith_correlated", KILN_BECKMANN, KILN_SMITH_CORRELATED},
-        {"beckmann smith_separable", KILN_BECKMANN, KILN_SMITH_SEPARABLE},
-        {"charlie neubelt", KILN_CHARLIE, KILN_NEUBELT},
-        {"charlie charlie", KILN_CHARLIE, KILN_CHARLIE_MASKING},
+        {"ggx smith_correlated", KILN_DISTRIBUTION_GGX, KILN_MASKING_SMITH_CORRELATED},
+        {"ggx smith_separable", KILN_DISTRIBUTION_GGX, KILN_MASKING_SMITH_SEPARABLE},
+        {"ggx karis_ibl", KILN_DISTRIBUTION_GGX, KILN_MASKING_KARIS_IBL},
+        {"ggx karis_direct", KILN_DISTRIBUTION_GGX, KILN_MASKING_KARIS_DIRECT},
+        {"ggx unreal_joint", KILN_DISTRIBUTION_GGX, KILN_MASKING_UNREAL_JOINT},
+        {"beckmann smith_correlated", KILN_DISTRIBUTION_BECKMANN, KILN_MASKING_SMITH_CORRELATED},
+        {"beckmann smith_separable", KILN_DISTRIBUTION_BECKMANN, KILN_MASKING_SMITH_SEPARABLE},
+        {"charlie neubelt", KILN_DISTRIBUTION_CHARLIE, KILN_MASKING_NEUBELT},
+        {"charlie charlie", KILN_DISTRIBUTION_CHARLIE, KILN_MASKING_CHARLIE},
     };
     ASSERT_EQ(std::size(lobes), lobes_of_the_contract());
     for (const Named& lobe : lobes) {
@@ -125,7 +125,7 @@ TEST(Reciprocity, EveryReciprocalSpecularLobe) {
 }
 
 TEST(Reciprocity, SoftenedCharlieIsNotReciprocal) {
-    EXPECT_GT(worst_specular(KILN_CHARLIE, KILN_CHARLIE_SOFTENED), 0.1);
+    EXPECT_GT(worst_specular(KILN_DISTRIBUTION_CHARLIE, KILN_MASKING_CHARLIE_SOFTENED), 0.1);
 }
 
 TEST(Reciprocity, EveryReciprocalDiffuseLobe) {

@@ -15,7 +15,7 @@ double lambda(double cosine, double alpha) {
 
 double textbook_G2_over_G1(int masking, double NoV, double NoL, double alpha) {
     const double G1_view = 1 / (1 + lambda(NoV, alpha));
-    if (masking == KILN_SMITH_SEPARABLE) return 1 / (1 + lambda(NoL, alpha));
+    if (masking == KILN_MASKING_SMITH_SEPARABLE) return 1 / (1 + lambda(NoL, alpha));
     return 1 / (1 + lambda(NoV, alpha) + lambda(NoL, alpha)) / G1_view;
 }
 
@@ -39,7 +39,7 @@ TEST(Smith, RatiosAreHeitzsInAnyScaleOfTheLight) {
     for (int i = 0; i < 100000; ++i) {
         const auto [NoV, NoL, alpha, scale] = draw(random);
         const double c = NoV / smith_length(NoV, alpha), S = scale * smith_length(NoL, alpha);
-        for (const int masking : {KILN_SMITH_CORRELATED, KILN_SMITH_SEPARABLE}) {
+        for (const int masking : {KILN_MASKING_SMITH_CORRELATED, KILN_MASKING_SMITH_SEPARABLE}) {
             const double wanted = textbook_G2_over_G1(masking, NoV, NoL, alpha);
             // Lambda's √(1 + x) − 1 loses up to 1 / x = 2 / (α tanθ)² of 1e-16 where it matters
             // least: 1e-12 in all.
@@ -58,7 +58,7 @@ TEST(Smith, TheDeficitKeepsItsDigitsInFloat) {
         const auto NoV = static_cast<float>(cosine(random)),
                    NoL = static_cast<float>(cosine(random));
         const auto alpha = static_cast<float>(std::pow(10, exponent(random)));
-        for (const int masking : {KILN_SMITH_CORRELATED, KILN_SMITH_SEPARABLE}) {
+        for (const int masking : {KILN_MASKING_SMITH_CORRELATED, KILN_MASKING_SMITH_SEPARABLE}) {
             const auto in = [&]<typename T>(T) {
                 const T v = NoV, l = NoL, a = alpha, one = 1;
                 const T excess = a * a * ((one - l) * (one + l));
@@ -79,6 +79,8 @@ TEST(Smith, TheDeficitKeepsItsDigitsInFloat) {
 
 TEST(Smith, CorrelatedMaskingAtGrazingViewTakesNothing) {
     // Heitz 2014: Λ(V) → ∞ dominates both G1 and G2.
-    EXPECT_DOUBLE_EQ(in_double::smith_G2_over_G1(KILN_SMITH_CORRELATED, 0.0, 0.3, 0.5), 1.0);
-    EXPECT_DOUBLE_EQ(in_double::smith_deficit(KILN_SMITH_CORRELATED, 0.0, 0.3, 0.5, 0.16), 0.0);
+    EXPECT_DOUBLE_EQ(in_double::smith_G2_over_G1(KILN_MASKING_SMITH_CORRELATED, 0.0, 0.3, 0.5),
+                     1.0);
+    EXPECT_DOUBLE_EQ(in_double::smith_deficit(KILN_MASKING_SMITH_CORRELATED, 0.0, 0.3, 0.5, 0.16),
+                     0.0);
 }

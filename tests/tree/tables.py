@@ -59,7 +59,7 @@ ARROWS = {
 }
 
 # What cmake/ makes of the contract, in the build's folder.
-GENERATED = {"kernels/diffuse_words.h", "server/spec/diffuse_words.h"}
+GENERATED = {"kernels/words.h", "server/spec/closed_sets.h"}
 
 # Third-party headers that are slow to compile or belong behind one file: who may include them. Headers
 # of ours never include the first four.
