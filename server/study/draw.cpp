@@ -62,7 +62,8 @@ struct Word {
     std::string line;
 };
 
-/// Two charts a row, wide heat maps and furnaces one; verdicts and notes below.
+/// Two charts a row, wide heat maps, furnaces and lines that are left over one; verdicts and notes
+/// below.
 class Sheet {
   public:
     explicit Sheet(const Study& study) : study_(study) {
@@ -70,8 +71,11 @@ class Sheet {
         if (study.charts.size() == 1 && !wide(study.charts[0])) width_ = 2 * kMargin + kChartWidth;
         double y = kHead, row_height = 0;
         bool half = false;
-        for (const Chart& chart : study.charts) {
-            const bool whole = wide(chart) || width_ < 2 * kChartWidth;
+        for (std::size_t i = 0; i < study.charts.size(); ++i) {
+            const Chart& chart = study.charts[i];
+            const bool alone = !half && (i + 1 == study.charts.size() || wide(study.charts[i + 1]));
+            const bool whole = wide(chart) || width_ < 2 * kChartWidth ||
+                               (alone && std::holds_alternative<LineChart>(chart));
             if (half && whole) y += row_height, half = false;
             const double width = whole ? width_ - 2 * kMargin : kChartWidth;
             const double height = charts::height_of(chart, width);

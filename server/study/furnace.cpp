@@ -105,11 +105,19 @@ Verdict reciprocity(const JobSpec& job, const Pointwise& found) {
     return v;
 }
 
+/// ", red" where there are three colours; "" where one value stands for all.
+std::string in_colour(const FurnaceTables& tables, int colour) {
+    constexpr std::array names{", red", ", green", ", blue"};
+    const bool grey = tables.colours(Quantity::total_albedo) == 1;
+    return grey ? "" : names[static_cast<std::size_t>(colour)];
+}
+
 /// The furnace value that lies furthest above 1 or below it, of the texels that are sure.
 struct Furnace {
     Extreme most{-std::numeric_limits<double>::infinity()},
         least{std::numeric_limits<double>::infinity()};
     double most_error = 0, least_error = 0;  ///< standard errors there
+    std::string most_colour, least_colour;   ///< as in_colour() has them
 };
 
 Furnace furnace_of(const FurnaceTables& tables) {
@@ -122,10 +130,12 @@ Furnace furnace_of(const FurnaceTables& tables) {
                 if (value - 5 * error > found.most.value - 5 * found.most_error) {
                     found.most = {value, tables.roughness(y), tables.NoV(x), 0};
                     found.most_error = error;
+                    found.most_colour = in_colour(tables, c);
                 }
                 if (value + 5 * error < found.least.value + 5 * found.least_error) {
                     found.least = {value, tables.roughness(y), tables.NoV(x), 0};
                     found.least_error = error;
+                    found.least_colour = in_colour(tables, c);
                 }
             }
     return found;
@@ -138,7 +148,7 @@ Verdict conservation(const JobSpec& job, const Furnace& found) {
     v.expected = known.empty();
     v.words = text("it returns at most %.5f of a white furnace, at roughness %.3g, NoV %.3g",
                    found.most.value, found.most.roughness, found.most.NoV) +
-              because(known);
+              found.most_colour + because(known);
     return v;
 }
 
@@ -146,7 +156,8 @@ Verdict preservation(const Furnace& found) {
     const double bound = 1 - 5 * found.least_error - kRounding;
     Verdict v{"nothing is lost", found.least.value >= bound, false, found.least.value, bound, ""};
     v.words = text("it returns at least %.5f of a white furnace, at roughness %.3g, NoV %.3g",
-                   found.least.value, found.least.roughness, found.least.NoV);
+                   found.least.value, found.least.roughness, found.least.NoV) +
+              found.least_colour;
     return v;
 }
 
@@ -176,28 +187,36 @@ std::vector<Chart> charts_of(const FurnaceTables& tables) {
     const int colours = tables.colours(Quantity::total_albedo);
     FurnaceBalls balls{"Seen in a white furnace: what is brighter than the surroundings adds light",
                        {}};
-    LineChart lines{colours == 1 ? "Furnace value over angle" : "Furnace value over angle, green",
-                    "NoV",
-                    "total albedo",
-                    false,
-                    false,
-                    {}};
+    std::vector<LineChart> lines;
+    for (int c = 0; c < colours; ++c)
+        lines.push_back({"Furnace value over angle" + in_colour(tables, c),
+                         "NoV",
+                         "total albedo",
+                         false,
+                         false,
+                         {}});
     for (std::size_t y = 0; y < tables.roughnesses(); y += 2) {
         const std::string name = text("roughness %.3g", tables.roughness(y));
         FurnaceBall ball{name, {}};
-        Series series{name, {}, {}, {}, {}};
         for (std::size_t x = 0; x < tables.angles(); ++x) {
             std::array<double, 3> value{};
             for (int c = 0; c < 3; ++c)
                 value[static_cast<std::size_t>(c)] = tables.value(Quantity::total_albedo, c, x, y);
             ball.by_NoV.push_back(value);
-            series.x.push_back(tables.NoV(x));
-            series.y.push_back(value[1]);
         }
         balls.balls.push_back(std::move(ball));
-        lines.series.push_back(std::move(series));
+        for (int c = 0; c < colours; ++c) {
+            Series series{name, {}, {}, {}, {}};
+            for (std::size_t x = 0; x < tables.angles(); ++x) {
+                series.x.push_back(tables.NoV(x));
+                series.y.push_back(tables.value(Quantity::total_albedo, c, x, y));
+            }
+            lines[static_cast<std::size_t>(c)].series.push_back(std::move(series));
+        }
     }
-    return {balls, lines};
+    std::vector<Chart> charts{std::move(balls)};
+    for (LineChart& chart : lines) charts.emplace_back(std::move(chart));
+    return charts;
 }
 
 std::string title_of(const JobSpec& job) {
