@@ -41,10 +41,10 @@ void add_tilted_events(const Pass& pass, const Mean& mean, std::size_t place, do
     for (const std::size_t t : kMirroredTerms) {
         const double coefficient = mean.mirrored[t];
         if (coefficient == 0) continue;
-        const double mirror = pass.mirror(t, NoV);
-        control += coefficient * mirror;
-        weight += std::abs(coefficient) * std::max(std::abs(pass.mirror(t, NoV / 2) - mirror),
-                                                   std::abs(pass.mirror(t, 1) - mirror));
+        const double lost = pass.mirror(t, lost_VoH(NoV, alpha));
+        control += coefficient * lost;
+        weight += std::abs(coefficient) * std::max(std::abs(pass.mirror(t, NoV / 2) - lost),
+                                                   std::abs(pass.mirror(t, 1) - lost));
     }
     chance = tilted_chance(pass.what.material, NoV, alpha);
 }

@@ -34,8 +34,8 @@ struct Mean {
     Combination terms{};
     double constant = 0;
     /// Coefficients of what visible normals draw, T, beside a deficit D by log-uniform tangents: T
-    /// + M (1 − W − D), with M the value of T at the mirror direction. Rare events, which carry no
-    /// T, leave T + M (1 − W) at M; they count in D alone.
+    /// + M (1 − W − D), with M the value of T where light is lost (lost_VoH). Rare events, which
+    /// carry no T, leave T + M (1 − W) at M; they count in D alone.
     Combination mirrored{};
     bool operator==(const Mean& other) const {
         return terms == other.terms && constant == other.constant && mirrored == other.mirrored;

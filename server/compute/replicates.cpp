@@ -83,7 +83,8 @@ KILN_WIDE void scale_spreads(const double* __restrict spread, double scale, doub
 KILN_WIDE void add_rare_events(const double* __restrict chances, const double* __restrict weights,
                                double samples, double* __restrict out, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
-        out[i] += weights[i] * weights[i] * rare_event_variance(chances[i], samples);
+        out[i] = with_rare_events(out[i], weights[i] * weights[i] * chances[i] / samples,
+                                  chances[i] * samples);
 }
 
 /// Variances of the means of places [begin, begin + count) into `out`, from spreads and, where they

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct Case {
     Masking masking;
     Ends NoV, alpha;
     std::int64_t sample_count;
+    bool deficit = true;  ///< without it, log-uniform tangents help no quantity
 };
 
 std::string name_of(const testing::TestParamInfo<Case>& info) { return info.param.name; }
@@ -32,24 +34,91 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 class Coverage : public testing::TestWithParam<Case> {};
 
-// Of a nominal 95 % of 200 trials, binomial noise alone makes 89.5 to 99 % (99.9 % of cases): the
-// pooled share is held to 92…99 %, each case to 88 %. One case in a hundred may be at 84: means of
-// scrambled nets are not normally distributed where the integrand is smooth but for one edge. Where
-// the interval is as wide as the rounding that belongs to it, no trial may miss, and such cases
-// would push the pool above 99 %: they are left out of it. All trials of a case are independent,
-// cases of one trial share their points.
+/// How often the interval of 16 replicates holds the truth where they have this skewness and excess
+/// kurtosis: Hall 1992, "The bootstrap and Edgeworth expansion", eq. 2.56, to the first order.
+double coverage_of(double skewness, double kurtosis) {
+    constexpr double t2 = kStudentT * kStudentT;
+    const double q =
+        kStudentT * (kurtosis / 12 * (t2 - 3) - skewness * skewness / 18 * (t2 * t2 + 2 * t2 - 3));
+    const double density = std::exp(-t2 / 2) / std::sqrt(2 * std::numbers::pi);
+    return 0.95 + 2 * q * density / kReplicatesMax;
+}
+
+/// Counts of trials binomially distributed stray so far once in a thousand cases.
+double stray(double chance, int trials) { return 3.3 * std::sqrt(chance * (1 - chance) / trials); }
+
+/// One texel of a case over many more seeds.
+struct SecondLook {
+    double coverage = 0, skewness = 0, kurtosis = 0;  ///< the latter two of one replicate
+};
+
+constexpr int kMoreTrials = 500;
+
+SecondLook look_again(JobSpec job, std::size_t quantity, std::size_t texel) {
+    const Places places = Places::directional(job);
+    const double NoV = places.NoV(texel), alpha = places.alpha(texel);
+    JobSpec one = grid_job({NoV, NoV + 1e-9, 1}, {alpha, alpha + 1e-9, 1}, job.sample_count);
+    one.masking = job.masking;
+    one.quantities = job.quantities;
+    const double truth = truth_of(one)[quantity][0];
+    SecondLook seen;
+    std::vector<double> errors;
+    Baker bake;
+    for (int trial = 0; trial < kMoreTrials; ++trial) {
+        one.seed = static_cast<std::uint64_t>(trial) + 100000;
+        const Outcome outcome = bake(one);
+        errors.push_back(outcome.table.planes[quantity][0] - truth);
+        seen.coverage +=
+            (std::abs(errors.back()) <=
+             kStudentT * outcome.standard_errors[quantity][0] + rounding_floor(job.precision)) /
+            double{kMoreTrials};
+    }
+    double second = 0, third = 0, fourth = 0;
+    for (const double e : errors) {
+        second += e * e / kMoreTrials;
+        third += e * e * e / kMoreTrials;
+        fourth += e * e * e * e / kMoreTrials;
+    }
+    // A mean of 16 has a quarter of their skewness, a sixteenth of their kurtosis.
+    seen.skewness = std::sqrt(kReplicatesMax) * third / std::pow(second, 1.5);
+    seen.kurtosis = kReplicatesMax * (fourth / (second * second) - 3);
+    return seen;
+}
+
+void hold_again(const JobSpec& job, std::size_t quantity, std::size_t texel) {
+    const SecondLook seen = look_again(job, quantity, texel);
+    const double expected = coverage_of(seen.skewness, seen.kurtosis);
+    const std::string what(to_word(job.quantities[quantity]));
+    std::printf("  %s at %s: %.3f, skewness %.2f, kurtosis %.1f: %.3f\n", what.c_str(),
+                where(job, texel).c_str(), seen.coverage, seen.skewness, seen.kurtosis, expected);
+    EXPECT_GE(seen.coverage, expected - stray(expected, kMoreTrials)) << where(job, texel);
+    const double least = coverage_of(2, 2);
+    EXPECT_GE(seen.coverage, least - stray(least, kMoreTrials)) << where(job, texel);
+}
+
+// Of a nominal 95 % of 200 trials, binomial noise alone makes 89.5 to 99 % (99.9 % of cases), and
+// the pooled share is held to 92…99 %. What is below 88 % is looked at again in 500 trials: it
+// may miss what the skewness of its replicates makes Student's interval miss, and noise, and no
+// more than replicates as skewed as exponential variables, 2, would (88.8 %): where an edge cuts a
+// point in two, some replicates count it and some do not. Where the interval is as wide as the
+// rounding that belongs to it, no trial may miss, and such cases would push the pool above 99 %:
+// they are left out of it. All trials of a case are independent, cases of one trial share their
+// points.
 TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     const Case& c = GetParam();
     JobSpec job = grid_job(c.NoV, c.alpha, c.sample_count);
     job.masking = c.masking;
+    if (!c.deficit) job.quantities.pop_back();
     const std::vector<Values> truth = truth_of(job);
-    std::vector<std::vector<int>> inside(4, std::vector<int>(truth[0].size())), wide = inside;
+    const std::size_t quantities = job.quantities.size();
+    std::vector<std::vector<int>> inside(quantities, std::vector<int>(truth[0].size())),
+        wide = inside;
     Baker bake;
     for (int trial = 0; trial < kTrials; ++trial) {
         job.seed = static_cast<std::uint64_t>(trial) + 1000;
         const Outcome outcome = bake(job);
         EXPECT_EQ(outcome.report.status, "done");
-        for (std::size_t q = 0; q < 4; ++q)
+        for (std::size_t q = 0; q < quantities; ++q)
             for (std::size_t i = 0; i < truth[q].size(); ++i) {
                 const double floor = rounding_floor(job.precision);
                 const double half_width = kStudentT * outcome.standard_errors[q][i];
@@ -59,23 +128,15 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
             }
     }
     double pooled = 0, count = 0;
-    int least = kTrials, low = 0, cases = 0;
-    for (std::size_t q = 0; q < 4; ++q)
+    for (std::size_t q = 0; q < quantities; ++q)
         for (std::size_t i = 0; i < truth[q].size(); ++i) {
-            least = std::min(least, inside[q][i]);
-            EXPECT_GE(inside[q][i], kTrials * 84 / 100)
-                << to_word(job.quantities[q]) << " at " << where(job, i);
-            low += inside[q][i] < kTrials * 88 / 100;
-            ++cases;
+            if (inside[q][i] < kTrials * 88 / 100) hold_again(job, q, i);
             if (wide[q][i] < kTrials / 2) continue;
             pooled += inside[q][i];
             count += kTrials;
         }
     ASSERT_GT(count, 0);
-    RecordProperty("pooled_" + c.name, std::to_string(pooled / count));
-    std::printf("%s: pooled %.4f of %g, least %.3f, below 88 %%: %d of %d\n", c.name.c_str(),
-                pooled / count, count, least / double{kTrials}, low, cases);
-    EXPECT_LE(low, cases / 100);
+    std::printf("%s: pooled %.4f of %g\n", c.name.c_str(), pooled / count, count);
     EXPECT_GE(pooled / count, 0.92);
     EXPECT_LE(pooled / count, 0.99);
 }
@@ -93,7 +154,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"corner_1024", Masking::smith_correlated, kSmallNoV, kSmallAlpha, 1024},
         Case{"corner_16384", Masking::smith_correlated, kSmallNoV, kSmallAlpha, 16384},
         Case{"separable_corner_4096", Masking::smith_separable, kSmallNoV, kSmallAlpha, 4096},
-        Case{"smooth_rows_1024", Masking::smith_correlated, {0.05, 1, 8}, {1e-4, 0.1, 6}, 1024}),
+        Case{"smooth_rows_1024", Masking::smith_correlated, {0.05, 1, 8}, {1e-4, 0.1, 6}, 1024},
+        Case{"split_sum_1024", Masking::smith_correlated, kAllNoV, kAllAlpha, 1024, false},
+        Case{"split_sum_4096", Masking::smith_correlated, kAllNoV, kAllAlpha, 4096, false}),
     name_of);
 
 /// Relative errors of 1 − E over 32 seeds: root mean square, and the largest of error over
@@ -158,6 +221,39 @@ TEST(StiffDeficit, N11StandardErrorsHoldWhereAlphaIsSmall) {
                 EXPECT_LE(found.relative, samples == 1024 ? .3 : .05)
                     << NoV << ' ' << alpha << ' ' << samples;
             }
+}
+
+/// Root mean square error of B over 64 seeds at every texel.
+std::vector<double> errors_of_B(JobSpec job) {
+    constexpr int kSeeds = 64;
+    const std::vector<double> truth = truth_of(job)[1];
+    std::vector<double> rms(truth.size());
+    Baker bake;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        job.seed = static_cast<std::uint64_t>(seed);
+        const Outcome outcome = bake(job);
+        for (std::size_t i = 0; i < rms.size(); ++i)
+            rms[i] += std::pow(outcome.table.planes[1][i] - truth[i], 2) / kSeeds;
+    }
+    for (double& square : rms) square = std::sqrt(square);
+    return rms;
+}
+
+// Where the deficit is asked for, it corrects B as well, at the VoH where light is lost: that must
+// not cost what it does not give. Two deviations of 64 seeds are .18 of each; the worst seen are
+// 1.22 (1.77 with the mirror's VoH in place of it, NoV 1e-4, alpha 1).
+TEST(StiffDeficit, AskingForItLeavesBAsGood) {
+    const JobSpec with = grid_job({1e-4, 1, 8}, {1e-3, 1, 8}, 4096);
+    JobSpec without = with;
+    without.quantities.pop_back();
+    const std::vector<double> asked = errors_of_B(with), plain = errors_of_B(without);
+    double worst = 0;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+        if (plain[i] < 1e-5) continue;
+        worst = std::max(worst, asked[i] / plain[i]);
+        EXPECT_LE(asked[i], 1.4 * plain[i]) << where(with, i);
+    }
+    std::printf("error of B with the deficit over that without: %.2f at most\n", worst);
 }
 
 // An average of a line at low roughness, and 1 − F at the horizon in a coloured Fresnel term, have

@@ -125,13 +125,14 @@ TEST(Trust, FewerThanThirtyRareEventsAreNoConvergence) {
     EXPECT_EQ(report_of(job + "65536").status, "converged");
 }
 
-TEST(Trust, RareEventsWidenTheErrorUntilThreeAreExpected) {
-    EXPECT_DOUBLE_EQ(rare_event_variance(1e-4, 1000), 1e-7);
-    EXPECT_EQ(rare_event_variance(1e-2, 1000), 0);
-    EXPECT_EQ(rare_event_variance(0, 1000), 0);
-    // What all replicates missed lies within two such deviations: 2 √(d / n) > d for d n < 3.
-    for (const double events : {1e-6, .1, 1.0, 2.9})
-        EXPECT_GT(kStudentT * std::sqrt(rare_event_variance(events / 1000, 1000)), events / 1000);
+TEST(Trust, RareEventsWidenTheErrorUntilEightAreExpected) {
+    EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 1e-7, .1), 3e-7);
+    EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 3e-7, 5), 3e-7);
+    EXPECT_DOUBLE_EQ(with_rare_events(4e-7, 3e-7, 5), 4e-7);
+    EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 3e-7, 8), 2e-7);
+    // What all replicates missed lies within two such deviations: 2 sqrt(d / n) > d for d n < 3.
+    for (const double events : {1e-6, .1, 1.0, 2.9, 3.0, 4.5})
+        EXPECT_GT(kStudentT * std::sqrt(with_rare_events(0, events / 1e6, events)), events / 1000);
 }
 
 // Half vectors drawn from D meet grazing light in rare samples of great weight: some seeds in
