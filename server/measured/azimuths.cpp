@@ -217,13 +217,19 @@ constexpr std::size_t kNoOne = static_cast<std::size_t>(-1);
 
 struct Sums {
     double off = 0, all = 0;
+    /// Of one azimuth of some, so that each theta_in counts alike.
+    void add(const Sums& one, std::size_t some) {
+        off += one.off / static_cast<double>(some);
+        all += one.all / static_cast<double>(some);
+    }
     double relative() const { return all > 0 ? off / all : 0; }
 };
 
 /// How far two sums of azimuths are from each other in the frame of phi.
-void compare(Ring& ring, const std::vector<Tap>& first, const std::vector<Tap>& second, double phi,
-             bool at_halves, std::size_t channels, Sums& sums) {
+Sums compared(Ring& ring, const std::vector<Tap>& first, const std::vector<Tap>& second, double phi,
+              bool at_halves, std::size_t channels) {
     std::vector<double> a(channels), b(channels);
+    Sums sums;
     for (const Vec& out : views()) {
         Origin from{}, other{};
         if (!ring.mixed(first, phi, at_halves, out, a.data(), from) ||
@@ -235,6 +241,7 @@ void compare(Ring& ring, const std::vector<Tap>& first, const std::vector<Tap>& 
         sums.off += std::abs(x - y);
         sums.all += std::abs(x);
     }
+    return sums;
 }
 
 /// What becomes of a file, in two ways: about the mirror direction, and at half vectors.
@@ -279,8 +286,11 @@ Incidence lobe_of(Ring& ring, const std::vector<Tap>& taps, PhiIn phi_in, bool a
     made.theta_i = source.theta_i;
     made.phi_i = phi_in.value_or(0);
     std::vector<double> values(channels);
-    for (const Vec& point : source.out) {
-        const Vec out = ring.from_source(base, point);
+    // A hostile file has one azimuth of millions of points and a thousand others.
+    constexpr std::size_t kLookUpsMost = std::size_t{1} << 25;
+    const std::size_t step = source.out.size() * taps.size() / kLookUpsMost + 1;
+    for (std::size_t n = 0; n < source.out.size(); n += step) {
+        const Vec out = ring.from_source(base, source.out[n]);
         Origin origin{};
         const bool found = ring.mixed(taps, made.phi_i, at_halves, out, values.data(), origin);
         made.out.push_back(out);
@@ -295,13 +305,14 @@ Incidence lobe_of(Ring& ring, const std::vector<Tap>& taps, PhiIn phi_in, bool a
 void add_mean(Ring& ring, std::size_t channels, Made& made) {
     const std::vector<Tap> taps = ring.all();
     made.lobes[0].push_back(lobe_of(ring, taps, {}, false, channels));
-    for (const std::size_t n : looked_at(ring))
-        compare(ring, {{n, 1}}, taps, 0, false, channels, made.spread[0]);
+    const std::vector<std::size_t> some = looked_at(ring);
+    for (const std::size_t n : some)
+        made.spread[0].add(compared(ring, {{n, 1}}, taps, 0, false, channels), some.size());
     if (ring.count() < 4 || ring.count() % 2 != 0) return;
     std::vector<Tap> every_other;
     for (std::size_t n = 0; n < taps.size(); n += 2)
         every_other.push_back({n, 2.0 / static_cast<double>(taps.size())});
-    compare(ring, taps, every_other, 0, false, channels, made.halves);
+    made.halves.add(compared(ring, taps, every_other, 0, false, channels), 1);
 }
 
 /// False where phi_in is between no azimuths.
@@ -311,13 +322,16 @@ bool add_at(Ring& ring, double phi_in, std::size_t channels, Made& made) {
     made.openness = std::max(made.openness, openness(ring, taps, phi_in));
     for (const bool at_halves : {false, true}) {
         made.lobes[at_halves].push_back(lobe_of(ring, taps, phi_in, at_halves, channels));
-        for (const std::size_t n : looked_at(ring)) {
-            compare(ring, {{n, 1}}, taps, phi_in, at_halves, channels, made.spread[at_halves]);
+        const std::vector<std::size_t> some = looked_at(ring);
+        for (const std::size_t n : some) {
+            made.spread[at_halves].add(compared(ring, {{n, 1}}, taps, phi_in, at_halves, channels),
+                                       some.size());
             if (ring.measured() < 2) continue;  // one that was turned knows nothing of others
             const std::vector<Tap> others = ring.taps_at(ring.phi(n), n);
             if (!others.empty())
-                compare(ring, {{n, 1}}, others, ring.phi(n), at_halves, channels,
-                        made.left_out[at_halves]);
+                made.left_out[at_halves].add(
+                    compared(ring, {{n, 1}}, others, ring.phi(n), at_halves, channels),
+                    some.size());
         }
     }
     return true;

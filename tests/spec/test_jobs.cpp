@@ -93,13 +93,6 @@ TEST(Jobs, MeasuredFieldsArrive) {
     expected.measured.fit_error_max = 0.05;
     expected.device = DeviceChoice::native;
     EXPECT_EQ(job, expected);
-    EXPECT_TRUE(
-        parse_job(with_digest(R"({"kind":"slices","measured":{"data":ID,"conserve":true}})"))
-            .measured.conserve);
-    // A whole turn is none.
-    const JobSpec turned =
-        parse_job(with_digest(R"({"kind":"slices","measured":{"data":ID,"phi_in":360}})"));
-    EXPECT_EQ(turned.measured.materials.at(0).phi_in, 0.0);
 }
 
 TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
@@ -107,8 +100,7 @@ TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
     EXPECT_EQ(job.measured.materials.at(0).extrapolation, Extrapolation{});
     EXPECT_EQ(job.measured.theta_in,
               (std::vector<double>{0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60}));
-    EXPECT_FALSE(job.measured.materials.at(0).phi_in);
-    EXPECT_FALSE(job.measured.conserve);
+    EXPECT_FALSE(job.measured.materials.at(0).phi_in || job.measured.conserve);
     EXPECT_FALSE(job.measured.fit_error_max);
     EXPECT_EQ(job.resolution, (std::vector<std::int64_t>{361, 181}));
     EXPECT_EQ(job.pixel, PixelType::half);
@@ -143,10 +135,11 @@ TEST(Jobs, SpellingsOfMeasuredAreOneJob) {
     const std::string one = id(R"({"data":ID})");
     for (const char* same :
          {R"({"data":[ID]})", "[ID]", R"([{"data":ID}])", R"({"data":ID,"gutter":0.0})",
-          R"({"data":[{"data":ID,"extrapolation":{"p":1}}],"extrapolation":{"p":0.5}})"})
+          R"({"data":[{"data":ID,"extrapolation":{"p":1}}],"extrapolation":{"p":0.5}})",
+          R"({"data":[{"data":ID,"phi_in":null}],"phi_in":360})"})
         EXPECT_EQ(id(same), one) << same;
     for (const char* other :
-         {R"({"data":ID,"name":"x"})", R"({"data":ID,"gutter":1})", R"({"data":[ID,ID]})",
+         {R"({"data":ID,"name":"x"})", R"({"data":ID,"phi_in":0})", R"({"data":[ID,ID]})",
           R"({"data":ID,"theta_in":[0,20,40]})", R"({"data":ID,"conserve":true})",
           R"({"data":ID,"fit_error_max":0.1})", R"({"data":ID,"extrapolation":{"l":0.31}})"})
         EXPECT_NE(id(other), one) << other;
