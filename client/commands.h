@@ -68,6 +68,7 @@ struct SliceOptions {
     std::vector<double> theta_in;    ///< degrees; empty = the usual ones
     std::size_t width = 361, height = 181, gutter = 0;
     measured::Extrapolation extrapolation;
+    std::optional<double> phi_in;  ///< degrees; else the mean over all azimuths
     bool json = false;
 };
 
@@ -77,11 +78,13 @@ struct ViewOptions {
     std::size_t size = 640;          ///< pixels along the picture
     bool sphere = false;             ///< a lit sphere in place of the lobe
     measured::Extrapolation extrapolation;
+    std::optional<double> phi_in;  ///< degrees; else the mean over all azimuths
 };
 
 struct FitOptions {
-    std::string file;       ///< "-" for standard input
-    std::string error_map;  ///< .exr or .png, or "" for none
+    std::string file;              ///< "-" for standard input
+    std::string error_map;         ///< .exr or .png, or "" for none
+    std::optional<double> phi_in;  ///< degrees; else the mean over all azimuths
     bool json = false;
 };
 

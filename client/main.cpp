@@ -92,6 +92,13 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return cancel(arguments.server, arguments.id); }; });
 }
 
+void add_phi_in(CLI::App& command, std::optional<double>& phi_in) {
+    command
+        .add_option("--phi-in", phi_in,
+                    "azimuth of the light on a material that turns, degrees; else the mean of all")
+        ->check(CLI::Range(0.0, 360.0).description(""));
+}
+
 void add_slices(CLI::App& measure, Arguments& arguments) {
     CLI::App& command = *measure.add_subcommand(
         "slices", "Bake measured files into slices about the mirror direction, or an atlas");
@@ -105,6 +112,7 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
     command.add_option("--theta-in", options.theta_in, "degrees; else 0 to 60 by 5")
         ->delimiter(',')
         ->type_name("A,B,…");
+    add_phi_in(command, options.phi_in);
     command.add_option("--width", options.width, "of a slice; else 361")
         ->check(CLI::Range(2, 4096).description(""));
     command.add_option("--height", options.height, "of a slice; else 181")
@@ -157,6 +165,7 @@ void add_view(CLI::App& measure, Arguments& arguments) {
     command.add_option("-o,--output", options.output, "a .png")->required()->type_name("FILE");
     command.add_option("--theta-in", options.theta_in, "of the lobe's light, degrees; else 30")
         ->check(CLI::Range(0.0, 89.0).description(""));
+    add_phi_in(command, options.phi_in);
     command.add_option("--size", options.size, "pixels along the picture; else 640")
         ->check(CLI::Range(64, 2048).description(""));
     command.add_flag("--sphere", options.sphere,

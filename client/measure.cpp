@@ -106,7 +106,8 @@ JobSpec job_of(const SliceOptions& options, const SliceLayout& layout, Measureme
     job.resolution = {static_cast<std::int64_t>(layout.width),
                       static_cast<std::int64_t>(layout.height)};
     for (const std::string& path : options.files)
-        job.measured.materials.push_back({files.add(path), name_of(path), options.extrapolation});
+        job.measured.materials.push_back(
+            {files.add(path), name_of(path), options.extrapolation, options.phi_in});
     job.measured.theta_in = layout.theta_in;
     job.measured.gutter = static_cast<std::int64_t>(layout.gutter);
     job.format = extension == "exr" ? ImageFormat::exr : ImageFormat::png;

@@ -18,11 +18,11 @@ namespace {
 
 using namespace measured;
 
-Material material_of(const std::string& path, const Extrapolation& extrapolation) {
+Material material_of(const std::string& path, const Extrapolation& extrapolation, PhiIn phi_in) {
     const std::string bytes = read_input(path, kFileBytesMax);
     try {
         Reading reading = read_measurement(bytes);
-        return Material(reading.components.front(), extrapolation, reading.understood);
+        return Material(reading.components.front(), extrapolation, reading.understood, phi_in);
     } catch (const Error& error) {
         throw Failure(Exit::usage, error.code(), path + ": " + error.what());
     }
@@ -102,7 +102,7 @@ Exit measure_view(const ViewOptions& options) {
     check_output(options.output);
     constexpr double kThetaIn = 30;
     const double theta_in = options.theta_in.value_or(kThetaIn);
-    const Material material = material_of(options.file, options.extrapolation);
+    const Material material = material_of(options.file, options.extrapolation, options.phi_in);
     const std::string beyond = options.sphere ? "" : beyond_measured(material, theta_in);
     if (!beyond.empty()) say("kiln: " + printable(options.file) + ": " + beyond);
     Resampler resampler;
@@ -117,7 +117,7 @@ Exit measure_view(const ViewOptions& options) {
 
 Exit measure_fit(const FitOptions& options) {
     if (!options.error_map.empty()) check_map(options.error_map);
-    const Material material = material_of(options.file, {});
+    const Material material = material_of(options.file, {}, options.phi_in);
     Resampler resampler;
     const LobeTables tables = make_lobe_tables(material);
     const std::vector<Fit> fits = {fit_model(FitModel::ggx_diffuse, tables, resampler),

@@ -79,6 +79,8 @@ Reading read_astm(std::string_view bytes, const ReadOptions&) {
     }
     account.found("convention", "f", "the standard stores a BSDF in 1/sr");
     account.found("angles", "absolute", "the standard's first four columns");
+    account.found("azimuth", "from the sample's x axis, the mirror direction opposite to the light",
+                  "the standard's definition");
     if (negative > 0)
         account.found("negative values", std::to_string(negative), "kept as measured");
     if (mirror_half(part.cloud))

@@ -150,6 +150,11 @@ Reading read_bird_json(std::string_view bytes, const ReadOptions&) {
         document.contains(name) && document.at(name).is_string())
         account.title = plain_text(document.at(name).get<std::string>());
     account.found("convention", "f", "the unit of BRDF is \"" + plain_text(values.unit) + "\"");
+    account.found("units", "degrees, 1/sr",
+                  "the units of theta_i, \"" + plain_text(read_column(data, "theta_i").unit) +
+                      "\", and of BRDF");
+    account.found("azimuth", "from the sample's x axis, the mirror direction opposite to the light",
+                  "the format's schema");
     account.found("angles", "absolute, directions away from the surface", "the format's schema");
     if (part.cloud.size() * part.cloud.channels.size() < count)
         account.found("polarisation", "averaged",

@@ -42,11 +42,20 @@ struct HalfDifferenceGrid {
     std::size_t theta_h = 0, theta_d = 0, phi_d = 0;
 };
 
+/// What leaves f as it is when surface and both directions are turned or mirrored together:
+/// azimuths of the light that a file leaves out are known by it.
+enum class TurnSymmetry {
+    none,
+    half_turn,
+    two_planes,  ///< mirrored in x and in y; a half turn is both
+};
+
 /// One side, direction of scattering and kind of spectrum of a file.
 struct Component {
     std::string name;  ///< "reflection front", "transmission front, solar", …
     Cloud cloud;
     HalfDifferenceGrid grid;
+    TurnSymmetry symmetry = TurnSymmetry::none;
 };
 
 /// Directions in degrees of one point.

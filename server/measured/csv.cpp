@@ -169,6 +169,8 @@ Reading read_csv(std::string_view bytes, const ReadOptions&) {
                   head->factor ? head->factor_evidence : "no line speaks of a reflectance factor");
     account.found("units", head->radians ? "radians" : "degrees",
                   head->unit_named ? "the names of the columns" : "the usual unit of this format");
+    account.found("azimuth", "from the sample's x axis, the mirror direction opposite to the light",
+                  "this format's definition");
     if (!head->unit_named && theta_max > 0 && theta_max <= std::numbers::pi / 2 + 1e-6)
         account.warn("no theta exceeds " + in_words(theta_max) +
                      " degrees: are these radians? Name the unit, as in theta_in_rad");

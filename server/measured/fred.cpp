@@ -105,6 +105,10 @@ Reading read_fred(std::string_view bytes, const ReadOptions&) {
     Understood& account = reading.understood;
     account.found("convention", "f", "the format stores a BSDF in 1/sr");
     account.found("units", format.sines ? "sines" : "degrees", "the line format");
+    if (format.scale != 1 || format.logarithms)
+        account.found("scale",
+                      in_words(format.scale) + (format.logarithms ? ", of powers of 10" : ""),
+                      "the line format");
     account.found("incidences", std::to_string(sections), "rows of two numbers");
     account.found("azimuth", "absolute, the mirror direction as each section gives it",
                   "rows of two numbers");

@@ -8,7 +8,7 @@
 namespace kiln::measured {
 
 Hemisphere::Hemisphere(const Incidence& incidence, std::size_t channels)
-    : theta_i_(incidence.theta_i), channels_(channels) {
+    : theta_i_(incidence.theta_i), phi_i_(incidence.phi_i), channels_(channels) {
     std::vector<Triangulation::Point> points;
     std::vector<std::size_t> source;
     for (std::size_t n = 0; n < incidence.out.size(); ++n)
@@ -115,38 +115,63 @@ Hemisphere::Spacing Hemisphere::spacing() const {
     return {quartile(roots), quartile(turns)};
 }
 
-ReciprocityError reciprocity_error(const std::vector<Hemisphere>& incidences) {
-    std::vector<double> differences;
-    for (std::size_t a = 0; a < incidences.size(); ++a)
-        for (std::size_t b = a + 1; b < incidences.size(); ++b) {
-            const Hemisphere &first = incidences[a], &second = incidences[b];
-            if (first.theta_i() == second.theta_i() || differences.size() > 100000) continue;
-            std::vector<double> there(first.channels()), back(first.channels());
-            for (int turn = 0; turn < 360; turn += 10) {
-                std::uint32_t hint = Triangulation::kNone;
-                Origin one{}, other{};
-                // Light and view change places, then both are turned back by the azimuth.
-                if (!first.value(direction(second.theta_i(), turn), hint, there.data(), one))
-                    continue;
-                hint = Triangulation::kNone;
-                if (!second.value(direction(first.theta_i(), -turn), hint, back.data(), other))
-                    continue;
-                if (one != Origin::kMeasured || other != Origin::kMeasured) continue;
-                double x = 0, y = 0;
-                for (std::size_t c = 0; c < there.size(); ++c) {
-                    x += there[c];
-                    y += back[c];
-                }
-                const double mean = 0.5 * (std::abs(x) + std::abs(y));
-                if (mean > 0) differences.push_back(std::abs(x - y) / mean);
-            }
+namespace {
+
+/// f(i, o) and f(o, i) of one pair of directions.
+class ReciprocityPairs {
+  public:
+    /// Views stand in the frame of each hemisphere's light.
+    void add(const Hemisphere& first, Vec out, const Hemisphere& second, Vec back_out) {
+        std::vector<double> there(first.channels()), back(first.channels());
+        Origin one{}, other{};
+        std::uint32_t hint = Triangulation::kNone;
+        if (!first.value(out, hint, there.data(), one)) return;
+        hint = Triangulation::kNone;
+        if (!second.value(back_out, hint, back.data(), other)) return;
+        if (one != Origin::kMeasured || other != Origin::kMeasured) return;
+        double x = 0, y = 0;
+        for (std::size_t c = 0; c < there.size(); ++c) {
+            x += there[c];
+            y += back[c];
         }
-    ReciprocityError error{differences.size(), 0, 0};
-    if (differences.empty()) return error;
-    std::sort(differences.begin(), differences.end());
-    error.median = differences[differences.size() / 2];
-    error.p95 = differences[std::min(differences.size() - 1, differences.size() * 95 / 100)];
-    return error;
+        const double mean = 0.5 * (std::abs(x) + std::abs(y));
+        if (mean > 0) differences_.push_back(std::abs(x - y) / mean);
+    }
+    bool full() const { return differences_.size() > 100000; }
+    ReciprocityError error() {
+        ReciprocityError error{differences_.size(), 0, 0};
+        if (differences_.empty()) return error;
+        std::sort(differences_.begin(), differences_.end());
+        error.median = differences_[differences_.size() / 2];
+        error.p95 = differences_[std::min(differences_.size() - 1, differences_.size() * 95 / 100)];
+        return error;
+    }
+
+  private:
+    std::vector<double> differences_;
+};
+
+}  // namespace
+
+ReciprocityError reciprocity_error(const std::vector<Hemisphere>& incidences) {
+    bool turns = false;  // two azimuths under one theta_in: then each stands where it is
+    for (std::size_t n = 1; n < incidences.size(); ++n)
+        turns = turns || incidences[n].theta_i() == incidences[n - 1].theta_i();
+    ReciprocityPairs pairs;
+    for (std::size_t a = 0; a < incidences.size(); ++a)
+        for (std::size_t b = a + 1; b < incidences.size() && !pairs.full(); ++b) {
+            const Hemisphere &first = incidences[a], &second = incidences[b];
+            const double turn = second.phi_i() - first.phi_i();
+            if (turns)
+                pairs.add(first, direction(second.theta_i(), turn), second,
+                          direction(first.theta_i(), -turn));
+            else if (first.theta_i() != second.theta_i())
+                for (int at = 0; at < 360; at += 10)
+                    // Light and view change places, then both are turned back by the azimuth.
+                    pairs.add(first, direction(second.theta_i(), at), second,
+                              direction(first.theta_i(), -at));
+        }
+    return pairs.error();
 }
 
 }  // namespace kiln::measured

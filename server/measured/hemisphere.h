@@ -24,6 +24,7 @@ class Hemisphere {
     Hemisphere(const Incidence& incidence, std::size_t channels);
 
     double theta_i() const { return theta_i_; }
+    double phi_i() const { return phi_i_; }  ///< as in the file, degrees
     std::size_t channels() const { return channels_; }
     bool has_area() const { return !inner_.empty(); }
 
@@ -53,7 +54,7 @@ class Hemisphere {
   private:
     void find_holes(const Incidence& incidence);
 
-    double theta_i_;
+    double theta_i_, phi_i_;
     std::size_t channels_;
     std::unique_ptr<Triangulation> mesh_;
     std::vector<float> node_values_;  ///< [node - 3][channel]
@@ -64,7 +65,9 @@ class Hemisphere {
 };
 
 /// Relative differences |a - b| / mean of f(i, o) and f(o, i), where both are measured, over pairs
-/// of the given hemispheres and all azimuths; of the channels' sum.
+/// of the given hemispheres, which lie by theta_i, and all azimuths; of a file with several
+/// azimuths of the light under one theta_i, which may be of a surface that turns, over the azimuths
+/// that both have. Of the channels' sum.
 struct ReciprocityError {
     std::size_t pairs = 0;
     double median = 0, p95 = 0;

@@ -50,9 +50,13 @@ void add_material(json& entry, const MeasuredMaterial& material, const MaterialN
     entry["data"] = kMeasurementPrefix + material.data;
     entry["format"] = note.format;
     entry["title"] = note.title;
-    entry["extrapolation"] = {{"p", material.extrapolation.p},
-                              {"l", material.extrapolation.l},
-                              {"theta_in", to_word(material.extrapolation.theta_in)}};
+    entry["colour"] = note.colour;
+    entry["phi_in_deg"] = nullptr;
+    if (material.phi_in) entry["phi_in_deg"] = *material.phi_in;
+    entry["azimuths"] = {{"measured", note.azimuths.measured}, {"spread", note.azimuths.spread}};
+    entry["extrapolation"] = {{"p", note.extrapolation.p},
+                              {"l", note.extrapolation.l},
+                              {"theta_in", to_word(note.extrapolation.theta_in)}};
     if (!entry.contains("warnings")) entry["warnings"] = json::array();
     for (const std::string& warning : note.warnings) entry["warnings"].push_back(warning);
 }

@@ -15,6 +15,9 @@ struct MaterialNote {
     std::string format, title;         ///< of the file
     std::vector<double> lookup_error;  ///< one a slice
     std::vector<std::string> warnings;
+    std::string colour;  ///< what red, green and blue are
+    AzimuthAccount azimuths;
+    Extrapolation extrapolation;  ///< what was done of what was asked for
 };
 
 /// A material that parameters are near enough to.

@@ -167,6 +167,7 @@ Reading read_lbnl_xml(std::string_view bytes, const ReadOptions&) {
     account.found("convention", "f",
                   "the format stores a BSDF in 1/sr, also where "
                   "ScatteringDataType says BTDF of a reflection");
+    account.found("units", "degrees, 1/sr", "the format's definition");
     account.found("angles", std::to_string(layout.patches.size()) + " patches, constant in each",
                   "the AngleBasis");
     for (const pugi::xml_node data : layer.children("WavelengthData"))

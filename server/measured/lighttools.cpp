@@ -225,6 +225,7 @@ Component make_component(const Header& header, const std::vector<const Block*>& 
 void explain(Understood& account, const Header& header, const Counts& counts, double theta_max) {
     account.title = header.title;
     account.found("convention", "f", "the format stores a BSDF in 1/sr");
+    account.found("units", "degrees, 1/sr", "the format's definition");
     account.found("angles", "absolute", "no line AngleOfIncidence before DataBegin");
     if (counts.beyond > 0)
         account.found("mask", "beyond " + in_words(theta_max) + " degrees",

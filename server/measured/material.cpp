@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "server/base/error.h"
-#include "server/measured/bounds.h"
+#include "server/measured/colour.h"
 #include "server/measured/resample.h"
 
 namespace kiln::measured {
@@ -47,19 +47,6 @@ double between_degrees(const std::vector<double>& list, double azimuth) {
     return (1 - share) * list[low % 360] + share * list[(low + 1) % 360];
 }
 
-std::size_t nearest_wavelength(const std::vector<std::string>& channels, double wanted) {
-    std::size_t best = 0;
-    double off = INFINITY;
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-        const double at = std::abs(std::strtod(channels[c].c_str(), nullptr) - wanted);
-        if (at < off) {
-            off = at;
-            best = c;
-        }
-    }
-    return best;
-}
-
 }  // namespace
 
 double bezier(double x, double l) {
@@ -70,43 +57,33 @@ double bezier(double x, double l) {
     return 2 * (1 - t) * t * (1 - l) + t * t;
 }
 
-Material::Material(const Component& component, Extrapolation extrapolation, Understood& account)
-    : extrapolation_(extrapolation), channels_(component.cloud.channels) {
-    const auto index = [&](const char* name) {
-        return static_cast<std::size_t>(std::find(channels_.begin(), channels_.end(), name) -
-                                        channels_.begin());
-    };
-    const bool wavelengths = std::all_of(channels_.begin(), channels_.end(),
-                                         [](const std::string& c) { return c.ends_with("nm"); });
-    xyz_ = index("X") < channels_.size() && index("Y") < channels_.size() &&
-           index("Z") < channels_.size();
-    if (xyz_)
-        pick_ = {index("X"), index("Y"), index("Z")};
-    else if (index("R") < channels_.size() && index("G") < channels_.size() &&
-             index("B") < channels_.size())
-        pick_ = {index("R"), index("G"), index("B")};
-    else if (wavelengths && channels_.size() >= 3)
-        pick_ = {nearest_wavelength(channels_, 620), nearest_wavelength(channels_, 540),
-                 nearest_wavelength(channels_, 460)};
-    else if (channels_.size() != 1)
-        throw Error("unfit_measurement", "the channels of this file make no colour");
-    bool more_azimuths = false;
-    for (const Incidence& one : incidences_of(component, usual_theta_in())) {
-        if (!lobes_.empty() && lobes_.back().theta_i == one.theta_i) {
-            more_azimuths = true;
-            continue;
-        }
-        Hemisphere hemisphere(one, channels_.size());
+Material::Material(const Component& component, Extrapolation extrapolation, Understood& account,
+                   PhiIn phi_in)
+    : extrapolation_(extrapolation) {
+    const Colouring colouring = colouring_of(component.cloud.channels);
+    colour_ = colouring.words;
+    std::vector<Incidence> incidences = incidences_of(component, usual_theta_in());
+    for (Incidence& one : incidences) one.values = colouring.seen(one.values);
+    // A table over half and difference angles has no azimuth of the light.
+    if (component.grid.phi_d > 0 && phi_in)
+        throw Error("unfit_measurement",
+                    "a table over half and difference angles has no phi_in; leave it out");
+    for (const Incidence& one : at_azimuth(incidences, component.symmetry, 3, phi_in, azimuths_)) {
+        if (!lobes_.empty() && lobes_.back().theta_i == one.theta_i) continue;
+        Hemisphere hemisphere(one, 3);
         if (!hemisphere.has_area()) continue;
         std::vector<double> reach = reach_of(hemisphere);
         lobes_.push_back({one.theta_i, std::move(hemisphere), std::move(reach)});
     }
     if (lobes_.empty())
         throw Error("unfit_measurement", "no incidence has three directions that span an area");
-    if (more_azimuths)
-        account.leave_out("other azimuths of the light",
-                          "tables here are isotropic; the first "
-                          "azimuth of each theta_in is taken");
+    // What a table may be off by without a word: the chain's own bound.
+    constexpr double kTurns = 0.02;
+    if (azimuths_.spread > kTurns)
+        account.warn("the material turns: light from single azimuths differs from the table, for " +
+                     (phi_in ? "phi_in = " + in_words(*phi_in) : "the mean of all azimuths") +
+                     ", by " + in_words(100 * azimuths_.spread) + " % on the mean");
+    if (phi_in) extrapolation_.theta_in = ThetaInBeyond::clamp;  // f(o, i) is of other azimuths
     find_floor();
     between_ = better_between(*this);
     stations_ = measured::stations(theta_in(), between_);
@@ -133,36 +110,26 @@ std::vector<double> Material::theta_in() const {
     return list;
 }
 
-Colour Material::to_rgb(const double* values) const {
-    const Colour c = {values[pick_[0]], values[pick_[1]], values[pick_[2]]};
-    if (!xyz_) return c;
-    // IEC 61966-2-1, CIE XYZ under D65 to linear sRGB.
-    return {3.2406 * c[0] - 1.5372 * c[1] - 0.4986 * c[2],
-            -0.9689 * c[0] + 1.8758 * c[1] + 0.0415 * c[2],
-            0.0557 * c[0] - 0.2040 * c[1] + 1.0570 * c[2]};
-}
-
 double Material::edge(std::size_t lobe, double azimuth) const {
     return between_degrees(lobes_[lobe].reach, azimuth);
 }
 
 Colour Material::edge_value(std::size_t lobe, Vec out, std::uint32_t& hint, Origin& origin) const {
     const Lobe& one = lobes_[lobe];
-    std::array<double, kChannelsMax> values;
-    if (out.z >= 0 && one.hemisphere.value(out, hint, values.data(), origin))
-        return to_rgb(values.data());
+    Colour values;
+    if (out.z >= 0 && one.hemisphere.value(out, hint, values.data(), origin)) return values;
     const double theta = std::min(theta_of(out), 90.0), phi = phi_of(out);
     const double last = edge(lobe, phi);
     // A hair inside, for the edge between two azimuths is no straight line.
     for (double back = 0; back <= 4; back += back < 0.2 ? 0.02 : 0.25)
         if (one.hemisphere.value(direction(std::max(0.0, std::min(theta, last) - back), phi), hint,
                                  values.data(), origin))
-            return to_rgb(values.data());
+            return values;
     // An azimuth that nothing was measured at: the same angle across the plane.
     const double other = std::max(0.0, std::min(theta, edge(lobe, -phi)) - 0.02);
     if (!one.hemisphere.value(direction(other, -phi), hint, values.data(), origin)) return {};
     origin = Origin::kExtrapolated;
-    return to_rgb(values.data());
+    return values;
 }
 
 double Material::tail(double theta_o, double edge) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/measured/azimuths.h"
 #include "server/measured/between.h"
 #include "server/measured/hemisphere.h"
 #include "server/measured/reader.h"
@@ -19,14 +20,19 @@ double bezier(double x, double l);
 
 using Colour = std::array<double, 3>;
 
-/// An isotropic material as a function of any light and view, made of one component of a file.
+/// A material as a function of any theta_in and view, made of one component of a file.
 /// Values are linear sRGB or, of a file without colour, one value three times; colours outside
 /// sRGB are negative.
 class Material {
   public:
-    /// Uses the first azimuth of each theta_in. Throws Error("unfit_measurement") if no incidence
-    /// has an area, and for channels that are neither R, G, B nor X, Y, Z nor wavelengths nor one.
-    Material(const Component& component, Extrapolation extrapolation, Understood& account);
+    /// Of several azimuths of the light what at_azimuth() makes of them. Throws
+    /// Error("unfit_measurement") if no incidence has an area, and what colouring_of() and
+    /// at_azimuth() throw.
+    Material(const Component& component, Extrapolation extrapolation, Understood& account,
+             PhiIn phi_in = {});
+
+    const std::string& colour() const { return colour_; }  ///< Colouring::words
+    const AzimuthAccount& azimuths() const { return azimuths_; }
 
     /// f_r in 1/sr for light at theta_in degrees and azimuth 0. Views below the horizon get the
     /// value at the horizon under the same azimuth, so that tables can be interpolated across it.
@@ -83,12 +89,10 @@ class Material {
     double tail(double theta_o, double edge) const;
     void find_levels();
     void find_floor();
-    Colour to_rgb(const double* values) const;
 
     Extrapolation extrapolation_;
-    std::vector<std::string> channels_;
-    std::array<std::size_t, 3> pick_{};  ///< channel of R, G, B
-    bool xyz_ = false;
+    std::string colour_;
+    AzimuthAccount azimuths_;
     std::vector<Lobe> lobes_;
     Between between_ = Between::linear;
     std::vector<Station> stations_;

@@ -105,6 +105,10 @@ Reading read_merl_of(std::string_view bytes, const MerlSizes& sizes) {
     Reading reading;
     Understood& account = reading.understood;
     account.found("convention", "f", "the format stores f_r, times 1500 / (1.00, 1.15, 1.66)");
+    account.found("units", "1/sr",
+                  "the scale of the format's authors; angles are places in the table");
+    account.found("azimuth", "phi_d from the half vector; the light's own is not stored",
+                  "the format's definition");
     account.found("angles", "half vector and difference, theta_h dense at its peak",
                   "the sizes in the first 12 bytes");
     account.found("symmetry",

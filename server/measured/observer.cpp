@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/measured/bounds.h"
+#include "server/measured/reader.h"
+
 namespace kiln::measured {
 namespace {
 
@@ -45,6 +48,22 @@ double weight(std::size_t channel, double nanometres) {
 }
 
 }  // namespace
+
+std::string lacks_for_colour(std::span<const double> nanometres) {
+    const auto needs = [](const std::string& what) { return "; a colour needs " + what; };
+    if (nanometres.empty() || nanometres.front() > kVisibleLow || nanometres.back() < kVisibleHigh)
+        return "spectra from " + in_words(nanometres.empty() ? 0 : nanometres.front()) + " to " +
+               in_words(nanometres.empty() ? 0 : nanometres.back()) + " nm" +
+               needs(in_words(kVisibleLow) + " to " + in_words(kVisibleHigh) + " nm");
+    for (std::size_t n = 1; n < nanometres.size(); ++n) {
+        const double low = nanometres[n - 1], high = nanometres[n];
+        if (low < kVisibleHigh && high > kVisibleLow &&
+            high - low > static_cast<double>(kWavelengthStepMax))
+            return "no spectrum between " + in_words(low) + " and " + in_words(high) + " nm" +
+                   needs("steps of at most " + std::to_string(kWavelengthStepMax) + " nm");
+    }
+    return {};
+}
 
 std::vector<std::array<double, 3>> srgb_weights(std::span<const double> nanometres) {
     std::vector<std::array<double, 3>> weights(nanometres.size());

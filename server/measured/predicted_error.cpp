@@ -65,6 +65,7 @@ PredictedError predict_error(const Material& material) {
     const std::vector<double> gaps = theta_in_errors(material);
     error.knows_theta_in = !gaps.empty();
     for (const double gap : gaps) error.theta_in += gap / static_cast<double>(gaps.size());
+    error.azimuths = material.azimuths().error;
     return error;
 }
 

@@ -18,12 +18,14 @@ class Material;
 struct PredictedError {
     double points = 0;    ///< at measured incidences
     double theta_in = 0;  ///< what is added between them; 0 where there are fewer than three
-    double table = 0;     ///< of the slices' texels, linearly interpolated; 0 without slices
-    double slices = 0;    ///< what the linear way between slices adds; 0 without
+    double azimuths =
+        0;              ///< between azimuths of the light, or of their mean: AzimuthAccount::error
+    double table = 0;   ///< of the slices' texels, linearly interpolated; 0 without slices
+    double slices = 0;  ///< what the linear way between slices adds; 0 without
     bool knows_theta_in = false;
 
-    double at_incidences() const { return points + table; }
-    double between_incidences() const { return points + table + theta_in + slices; }
+    double at_incidences() const { return points + azimuths + table; }
+    double between_incidences() const { return at_incidences() + theta_in + slices; }
 };
 PredictedError predict_error(const Material& material);
 

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/measured/readers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "server/base/error.h"
 #include "server/measured/bounds.h"
+#include "server/measured/colour.h"
 
 namespace kiln::measured {
 
 const std::vector<Reader>& readers() {
     static const std::vector<Reader> rows = {
-        {"rgl", "RGL/EPFL tensor file, isotropic, rgb or spectra", is_rgl, read_rgl},
+        {"rgl", "RGL/EPFL tensor file, rgb or spectra", is_rgl, read_rgl},
         {"merl", "MERL .binary, 90 x 90 x 180 or 360", is_merl, read_merl},
         {"lbnl_xml", "LBNL WINDOW XML", is_lbnl_xml, read_lbnl_xml},
         {"bird_json", "BiRD universal BRDF JSON", is_bird_json, read_bird_json},
@@ -47,6 +50,52 @@ void check_component(const Component& part) {
     if (!any) throw Error("malformed_measurement", where + "has no usable point");
 }
 
+bool says(const Understood& account, std::string_view what) {
+    return std::any_of(account.findings.begin(), account.findings.end(),
+                       [what](const Finding& one) { return one.what == what; });
+}
+
+/// What R, G and B of a table are made of, where the reader has not said it.
+void explain_colour(Reading& reading) {
+    Understood& account = reading.understood;
+    if (says(account, "colour")) return;
+    const std::vector<std::string>& channels = reading.components.front().cloud.channels;
+    std::string names;
+    for (std::size_t n = 0; n < std::min<std::size_t>(channels.size(), 8); ++n)
+        names += (n > 0 ? ", " : "") + channels[n];
+    const std::string evidence = "the channels " + names + (channels.size() > 8 ? ", ..." : "");
+    try {
+        account.found("colour", colouring_of(channels).words, evidence);
+    } catch (const Error& error) {
+        account.found("colour", "none", evidence);
+    }
+}
+
+/// What no line of a file speaks of, its points do.
+void explain_points(Reading& reading) {
+    Understood& account = reading.understood;
+    const Cloud& cloud = reading.components.front().cloud;
+    if (!says(account, "symmetry")) {
+        std::set<std::pair<long, long>> lights;
+        std::set<long> thetas;
+        for (std::size_t n = 0; n < cloud.size() && lights.size() <= kIncidencesMax; ++n) {
+            const long theta = std::lround(1000.0 * cloud.theta_i[n]);
+            lights.emplace(theta, std::lround(1000.0 * cloud.phi_i[n]));
+            thetas.insert(theta);
+        }
+        const bool one = lights.size() == thetas.size();
+        account.found("symmetry", one ? "isotropic" : "none",
+                      one ? "one azimuth of the light under each theta_in"
+                          : "several azimuths of the light under one theta_in");
+    }
+    if (!says(account, "mask")) {
+        const auto whole = std::all_of(cloud.state.begin(), cloud.state.end(), usable);
+        account.found("mask", whole ? "none" : "points that cannot be",
+                      whole ? "every value counts as measured"
+                            : "below the horizon, incomplete, or impossible");
+    }
+}
+
 }  // namespace
 
 Reading read_measurement(std::string_view bytes, const ReadOptions& options) {
@@ -61,6 +110,8 @@ Reading read_measurement(std::string_view bytes, const ReadOptions& options) {
         if (reading.components.empty())
             throw Error("malformed_measurement", "the file holds no measurement");
         for (const Component& part : reading.components) check_component(part);
+        explain_colour(reading);
+        explain_points(reading);
         return reading;
     }
     refuse_known(bytes);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/measured/bounds.h"
 #include "server/measured/byte_scan.h"
 #include "server/measured/observer.h"
 #include "server/measured/readers.h"
@@ -26,8 +27,11 @@ Reciprocity reciprocity(const RglBrdf& brdf) {
     for (double a = 10; a <= 70; a += 15)
         for (double b = a + 10; b <= 70; b += 10)
             for (double turn = 0; turn <= 180; turn += 15) {
-                const double there = brdf.value(a, direction(b, turn))[1];
-                const double back = brdf.value(b, direction(a, turn))[1];
+                // Of an anisotropic file under many azimuths; of others they are all one.
+                const double phi = 2 * turn + a;
+                const Vec first = direction(a, phi), second = direction(b, phi + turn);
+                const double there = brdf.value(first, second)[1];
+                const double back = brdf.value(second, first)[1];
                 const double ca = std::cos(a * kDegree), cb = std::cos(b * kDegree);
                 const auto difference = [](double x, double y) {
                     const double mean = 0.5 * (std::abs(x) + std::abs(y));
@@ -48,20 +52,32 @@ struct Counts {
     std::size_t negative = 0, grazing = 0, all = 0;
 };
 
-void add_incidence(Cloud& cloud, const RglBrdf& brdf, double theta_i, bool divide, Counts& counts) {
+/// Every so many nodes of an incidence, so that all of them are within the bound of a cloud.
+std::size_t stride_of(const RglBrdf& brdf) {
     const NodeTable& nodes = brdf.visible_normals();
-    const Vec in = direction(theta_i, 0);
+    const std::size_t incidences = brdf.theta_i().size() * brdf.phi_i().size();
+    std::size_t stride = 1;
+    while (incidences * (nodes.width / stride + 1) * (nodes.height / stride + 1) > kPointsMax)
+        ++stride;
+    return stride;
+}
+
+void add_incidence(Cloud& cloud, const RglBrdf& brdf, double theta_i, double phi_i, bool divide,
+                   Counts& counts) {
+    const NodeTable& nodes = brdf.visible_normals();
+    const Vec in = direction(theta_i, phi_i);
+    const std::size_t stride = stride_of(brdf);
     std::array<double, 3> f{};
-    for (std::size_t x = 0; x < nodes.width; ++x)
+    for (std::size_t x = 0; x < nodes.width; x += stride)
         // At u = 0 all azimuths are one direction; v = 1 is v = 0.
-        for (std::size_t y = 0; y < (x == 0 ? 1 : nodes.height - 1); ++y) {
+        for (std::size_t y = 0; y < (x == 0 ? 1 : nodes.height - 1); y += stride) {
             const Vec half = RglBrdf::half_vector(
                 static_cast<double>(x) / static_cast<double>(nodes.width - 1),
                 static_cast<double>(y) / static_cast<double>(nodes.height - 1));
             const Vec out = 2 * dot(in, half) * half - in;
             if (out.z <= 0) continue;
             const bool grazing = out.z < kCosineMin;
-            const auto stored = brdf.value(theta_i, out);
+            const auto stored = brdf.value_at(theta_i, phi_i, out);
             bool negative = false;
             for (std::size_t c = 0; c < 3; ++c) {
                 f[c] = divide ? stored[c] / std::max(out.z, kCosineMin) : stored[c];
@@ -70,9 +86,22 @@ void add_incidence(Cloud& cloud, const RglBrdf& brdf, double theta_i, bool divid
             ++counts.all;
             counts.negative += negative;
             counts.grazing += grazing;
-            add_point(cloud, {theta_i, 0, theta_of(out), phi_of(out)}, f.data(),
+            add_point(cloud, {theta_i, phi_i, theta_of(out), phi_of(out)}, f.data(),
                       grazing ? PointState::kNotMeasured : PointState::kMeasured);
         }
+}
+
+std::string symmetry_words(const RglBrdf& brdf) {
+    if (brdf.isotropic()) return "isotropic";
+    switch (brdf.symmetry()) {
+        case TurnSymmetry::none:
+            return "anisotropic";
+        case TurnSymmetry::half_turn:
+            return "anisotropic, a half turn changes nothing";
+        case TurnSymmetry::two_planes:
+            return "anisotropic, mirrored in x and y";
+    }
+    return {};
 }
 
 void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found, bool divide,
@@ -82,8 +111,20 @@ void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found,
                   "f(i,o) and f(o,i) differ by " + in_words(found.as_f_cos) +
                       " (median) if the cosine is divided out, by " + in_words(found.as_f) +
                       " if it is not");
+    account.found("units", "radians, 1/sr",
+                  "theta_i ends at " + in_words(brdf.theta_i().back() * kDegree));
+    account.found("azimuth", brdf.isotropic() ? "from the light" : "from the sample's x axis",
+                  brdf.isotropic() ? "one azimuth of the light" : "the field phi_i");
     account.found("angles", "half vectors under visible normals", "the container tensor_file");
-    account.found("symmetry", "isotropic", "one azimuth of the light");
+    account.found("symmetry", symmetry_words(brdf),
+                  brdf.isotropic()
+                      ? "one azimuth of the light"
+                      : std::to_string(brdf.phi_i().size()) + " azimuths of the light, from " +
+                            in_words(brdf.phi_i().front()) + " to " +
+                            in_words(brdf.phi_i().back()) + " degrees");
+    if (const std::size_t stride = stride_of(brdf); stride > 1)
+        account.found("points", "at each node of " + std::to_string(stride) + " in both directions",
+                      std::to_string(kPointsMax) + " points are the most that a cloud has");
     if (const std::vector<double>& nm = brdf.wavelengths(); !nm.empty())
         account.found("colour", kObserverWords,
                       std::to_string(nm.size()) + " wavelengths from " + in_words(nm.front()) +
@@ -127,8 +168,13 @@ Reading read_rgl(std::string_view bytes, const ReadOptions&) {
     part.cloud.channels = {"R", "G", "B"};
     Counts counts;
     const std::size_t slices = brdf.theta_i().size() - (brdf.last_is_copy() ? 1 : 0);
-    for (std::size_t slice = 0; slice < slices; ++slice)
-        add_incidence(part.cloud, brdf, brdf.theta_i()[slice], divide, counts);
+    part.symmetry = brdf.symmetry();
+    const std::vector<double>& azimuths = brdf.phi_i();
+    // The last azimuth of a whole turn is the first.
+    const bool whole = !brdf.isotropic() && brdf.symmetry() == TurnSymmetry::none;
+    for (std::size_t a = 0; a + whole < azimuths.size(); ++a)
+        for (std::size_t slice = 0; slice < slices; ++slice)
+            add_incidence(part.cloud, brdf, brdf.theta_i()[slice], azimuths[a], divide, counts);
     explain(reading.understood, brdf, found, divide, counts);
     reading.components.push_back(std::move(part));
     return reading;

@@ -69,18 +69,8 @@ std::vector<double> wavelengths_of(std::string_view bytes, const Fields& fields)
             fail_at_byte(field.offset, "wavelengths do not rise");
         list.push_back(at);
     }
-    if (list.front() > kVisibleLow || list.back() < kVisibleHigh)
-        throw Error("unreadable_measurement", "spectra from " + in_words(list.front()) + " to " +
-                                                  in_words(list.back()) + " nm; a colour needs " +
-                                                  in_words(kVisibleLow) + " to " +
-                                                  in_words(kVisibleHigh));
-    for (std::size_t n = 1; n < list.size(); ++n)
-        if (list[n - 1] < kVisibleHigh && list[n] > kVisibleLow &&
-            list[n] - list[n - 1] > static_cast<double>(kWavelengthStepMax))
-            throw Error("unreadable_measurement", "no spectrum between " + in_words(list[n - 1]) +
-                                                      " and " + in_words(list[n]) +
-                                                      " nm; a colour needs steps of at most " +
-                                                      std::to_string(kWavelengthStepMax));
+    if (const std::string lack = lacks_for_colour(list); !lack.empty())
+        throw Error("unreadable_measurement", lack);
     return list;
 }
 
@@ -96,12 +86,8 @@ RglBrdf::RglBrdf(std::string_view bytes) {
 void RglBrdf::load_tables(std::string_view bytes) {
     const Fields fields = tensor_fields(bytes);
     const auto phi = fields.find("phi_i");
-    if (phi != fields.end() && phi->second.count > 2)
-        throw Error("unreadable_measurement",
-                    "an anisotropic tensor file (" + std::to_string(phi->second.count) +
-                        " azimuths of the light): tables here have one lobe for each theta_in, and "
-                        "a material that turns has one for each azimuth as well");
     const std::uint64_t azimuths = phi == fields.end() ? 1 : phi->second.count;
+    if (azimuths > 2) load_azimuths(bytes, field_of(fields, "phi_i", {0}));
     const TensorField& thetas = field_of(fields, "theta_i", {0});
     for (const float theta : tensor_floats(bytes, "theta_i", thetas)) {
         const double degrees = theta / kDegree;
@@ -130,16 +116,45 @@ void RglBrdf::load_tables(std::string_view bytes) {
         jacobian_ = load<std::uint8_t>(bytes, flag->second.offset) != 0;
     if (const auto mask = fields.find("valid");
         mask != fields.end() && mask->second.type == kTensorU8 &&
-        mask->second.count >= (count * rgb_.width * rgb_.height + 7) / 8) {
+        mask->second.count >= (azimuths * count * rgb_.width * rgb_.height + 7) / 8) {
         const auto start = bytes.begin() + static_cast<std::ptrdiff_t>(mask->second.offset);
         valid_.assign(start, start + static_cast<std::ptrdiff_t>(mask->second.count));
     }
-    const std::size_t slice = 3 * rgb_.width * rgb_.height;
-    last_is_copy_ =
-        count >= 2 &&
-        std::equal(rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 1) * slice),
-                   rgb_.values.begin() + static_cast<std::ptrdiff_t>(count * slice),
-                   rgb_.values.begin() + static_cast<std::ptrdiff_t>((count - 2) * slice));
+    last_is_copy_ = repeats_last_slice();
+}
+
+/// Files of two azimuths are isotropic, as the format's authors read them.
+void RglBrdf::load_azimuths(std::string_view bytes, const TensorField& field) {
+    phi_i_.clear();
+    for (const float phi : tensor_floats(bytes, "phi_i", field)) {
+        const double degrees = phi / kDegree;
+        if (!(std::abs(degrees) <= 360.01) || (!phi_i_.empty() && degrees <= phi_i_.back()))
+            fail_at_byte(field.offset, "phi_i does not rise within a turn");
+        phi_i_.push_back(degrees);
+    }
+    const double width = phi_i_.back() - phi_i_.front();
+    const long parts = std::lround(360 / width);
+    const double off_axis = std::abs(std::remainder(phi_i_.front(), 90.0));
+    if ((parts != 1 && parts != 2 && parts != 4) ||
+        std::abs(360.0 / static_cast<double>(parts) - width) > 0.1 ||
+        (parts == 4 && off_axis > 0.1))
+        throw Error("unreadable_measurement",
+                    "azimuths of the light from " + in_words(phi_i_.front()) + " to " +
+                        in_words(phi_i_.back()) +
+                        " degrees; a whole turn, a half one or a quadrant are read");
+    if (parts == 2) symmetry_ = TurnSymmetry::half_turn;
+    if (parts == 4) symmetry_ = TurnSymmetry::two_planes;
+}
+
+bool RglBrdf::repeats_last_slice() const {
+    const std::size_t count = theta_i_.size(), slice = 3 * rgb_.width * rgb_.height;
+    if (count < 2) return false;
+    for (std::size_t last = count - 1; last < phi_i_.size() * count; last += count) {
+        const auto at = rgb_.values.begin() + static_cast<std::ptrdiff_t>(last * slice);
+        const auto step = static_cast<std::ptrdiff_t>(slice);
+        if (!std::equal(at, at + step, at - step)) return false;
+    }
+    return true;
 }
 
 /// What the eye sees of spectra: linear in them, so that it may come before any interpolation.
@@ -196,13 +211,36 @@ void RglBrdf::build_distribution() {
     }
 }
 
+RglBrdf::Mix RglBrdf::mix_at(double theta_i, double phi_i) const {
+    const auto place = [](const std::vector<double>& list, double at) {
+        const auto above = std::upper_bound(list.begin(), list.end(), at);
+        const std::size_t low =
+            above == list.begin() ? 0 : static_cast<std::size_t>(above - list.begin()) - 1;
+        if (low + 1 == list.size()) return Between{low, 0};
+        return Between{low, std::max(0.0, (at - list[low]) / (list[low + 1] - list[low]))};
+    };
+    const Between theta = place(theta_i_, theta_i), phi = place(phi_i_, phi_i);
+    Mix mix;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+        const bool right = (corner & 1) != 0, upper = (corner & 2) != 0;
+        const double share =
+            (right ? theta.share : 1 - theta.share) * (upper ? phi.share : 1 - phi.share);
+        if (share <= 0) continue;
+        mix.slice[mix.count] = (phi.index + upper) * theta_i_.size() + theta.index + right;
+        mix.share[mix.count++] = share;
+    }
+    return mix;
+}
+
 /// The sample that visible-normal sampling would have turned into the half vector at (u, v).
-RglBrdf::Place RglBrdf::warp(std::size_t slice, double weight, double u, double v) const {
+RglBrdf::Place RglBrdf::warp(const Mix& mix, double u, double v) const {
     const std::size_t width = vndf_.width, height = vndf_.height;
-    const std::size_t upper = std::min(slice + 1, vndf_.slices - 1);
     const Between x = between(u, width), y = between(v, height);
     const auto mixed = [&](const auto& values, std::size_t stride, std::size_t n) {
-        return (1 - weight) * values[slice * stride + n] + weight * values[upper * stride + n];
+        double sum = 0;
+        for (std::size_t k = 0; k < mix.count; ++k)
+            sum += mix.share[k] * static_cast<double>(values[mix.slice[k] * stride + n]);
+        return sum;
     };
     const std::size_t area = width * height, n = y.index * width + x.index;
     const auto row_mixed = [&](const auto& values, std::size_t at) {
@@ -222,36 +260,61 @@ RglBrdf::Place RglBrdf::warp(std::size_t slice, double weight, double u, double 
 
 Vec RglBrdf::half_vector(double u, double v) { return direction(u * u * 90.0, 360.0 * v - 180.0); }
 
-std::array<double, 3> RglBrdf::value(double theta_i, Vec out) const {
-    const Vec in = direction(theta_i, 0);
-    Vec half = in + out;
+/// Turns or mirrors a pair of directions until the light stands where the file has it.
+void RglBrdf::into_range(Vec& in, Vec& out) const {
+    constexpr std::array<std::array<int, 2>, 4> kSigns = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
+    const std::size_t images = symmetry_ == TurnSymmetry::two_planes  ? 4
+                               : symmetry_ == TurnSymmetry::half_turn ? 2
+                                                                      : 1;
+    for (std::size_t k = 0; k < images; ++k) {
+        const auto [x, y] = kSigns[k];
+        const Vec image = {x * in.x, y * in.y, in.z};
+        const double past = wrapped_degrees(phi_of(image) - phi_i_.front());
+        if (past > phi_i_.back() - phi_i_.front() + 1e-9) continue;
+        in = image;
+        out = {x * out.x, y * out.y, out.z};
+        return;
+    }
+}
+
+std::array<double, 3> RglBrdf::value(Vec in, Vec out) const {
+    if (!isotropic()) into_range(in, out);
+    const double phi = phi_of(in);
+    if (!isotropic())
+        return value_at(theta_of(in), phi_i_.front() + wrapped_degrees(phi - phi_i_.front()), out);
+    const double c = std::cos(phi * kDegree), s = std::sin(phi * kDegree);
+    return value_at(theta_of(in), phi_i_.front(),
+                    {c * out.x + s * out.y, c * out.y - s * out.x, out.z});
+}
+
+std::array<double, 3> RglBrdf::value_at(double theta_i, double phi_i, Vec out) const {
+    const Vec half = direction(theta_i, phi_i) + out;
     const double length = std::sqrt(dot(half, half));
     if (out.z <= 0 || length < 1e-9) return {0, 0, 0};
-    const double u = root_of_theta(theta_of(half)), turn = (phi_of(half) + 180.0) / 360.0;
+    const double u = root_of_theta(theta_of(half));
+    const double turn = (phi_of(half) + 180.0) / 360.0;
     const double v = turn - std::floor(turn);
-    const auto above = std::upper_bound(theta_i_.begin(), theta_i_.end(), theta_i);
-    const std::size_t slice =
-        above == theta_i_.begin() ? 0 : static_cast<std::size_t>(above - theta_i_.begin()) - 1;
-    double weight = 0;
-    if (slice + 1 < theta_i_.size())
-        weight =
-            std::max(0.0, (theta_i - theta_i_[slice]) / (theta_i_[slice + 1] - theta_i_[slice]));
-    const std::size_t upper = std::min(slice + 1, theta_i_.size() - 1);
-    const Place s = warp(slice, weight, u, v);
+    const Mix mix = mix_at(theta_i, phi_i);
+    const Place s = warp(mix, u, v);
     double scale = 1;
-    if (jacobian_)
-        scale = bilinear(ndf_, 0, u, v) / (4 * bilinear(sigma_, 0, root_of_theta(theta_i), 0.5));
+    if (jacobian_) {
+        // The float of -pi lies a hair before the table's first column: no whole turn from it.
+        const double turns = phi_i / 360 + 0.5;
+        const double across = turns < -1e-6 || turns > 1 + 1e-6 ? turns - std::floor(turns) : turns;
+        scale = bilinear(ndf_, 0, u, v) /
+                (4 * bilinear(sigma_, 0, root_of_theta(theta_i), isotropic() ? 0.5 : across));
+    }
     std::array<double, 3> result{};
     for (std::size_t c = 0; c < 3; ++c)
-        result[c] = scale * ((1 - weight) * bilinear(rgb_, 3 * slice + c, s.u, s.v) +
-                             weight * bilinear(rgb_, 3 * upper + c, s.u, s.v));
+        for (std::size_t k = 0; k < mix.count; ++k)
+            result[c] += scale * mix.share[k] * bilinear(rgb_, 3 * mix.slice[k] + c, s.u, s.v);
     return result;
 }
 
 std::array<double, 2> RglBrdf::valid_share() const {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     if (valid_.empty()) return {kNone, kNone};
-    constexpr std::size_t kSide = 48;
+    constexpr std::size_t kSide = 16;
     std::array<double, 2> set{}, all{};
     // Real files have eight; a hostile one may have many thousands.
     const std::size_t step = (theta_i_.size() + 7) / 8;
@@ -259,9 +322,9 @@ std::array<double, 2> RglBrdf::valid_share() const {
         for (std::size_t n = 0; n < kSide * kSide; ++n) {
             const double u = (static_cast<double>(n % kSide) + 0.5) / kSide;
             const double v = (static_cast<double>(n / kSide) + 0.5) / kSide;
-            const Vec in = direction(theta_i_[slice], 0), half = half_vector(u, v);
+            const Vec in = direction(theta_i_[slice], phi_i_.front()), half = half_vector(u, v);
             const bool above = (2 * dot(in, half) * half - in).z > 0;
-            const Place s = warp(slice, 0, u, v);
+            const Place s = warp(mix_at(theta_i_[slice], phi_i_.front()), u, v);
             const auto node = [](double place, std::size_t nodes) {
                 return static_cast<std::size_t>(
                     std::lround(std::clamp(place, 0.0, 1.0) * static_cast<double>(nodes - 1)));

@@ -67,6 +67,7 @@ json predicted_json(const PredictedError& error) {
     return {{"at_incidences", error.at_incidences()},
             {"between_incidences", error.between_incidences()},
             {"points", error.points},
+            {"azimuths", error.azimuths},
             {"texels", error.table},
             {"theta_in", theta_in},
             {"slices", error.slices}};
@@ -142,6 +143,9 @@ std::string sidecar_json(const SliceLayout& layout, const SliceTable& made,
          {{"frame",
            "tangent t = light projected onto the surface; d = S v with S = ((-c, 0, -s), "
            "(0, -1, 0), (-s, 0, c)), c and s of theta_in"},
+          {"azimuth",
+           "a material with phi_in_deg is for light at that azimuth, counter-clockwise from the "
+           "sample's x axis as seen against the normal; others are for light at any"},
           {"column", "phi_d / (2 pi) * (" + w + " - 1) + 0.5, in texels from x of the slice"},
           {"row", "theta_d / pi * (" + h + " - 1) + 0.5, in texels from y of the slice"},
           {"slice", "linear between the two theta_in around the light's, clamped at the ends"}}},

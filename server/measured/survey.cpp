@@ -10,16 +10,6 @@
 namespace kiln::measured {
 namespace {
 
-/// Of incidences that differ in azimuth alone, reciprocity is looked at among one azimuth.
-std::vector<Hemisphere> first_azimuth(const std::vector<Incidence>& incidences,
-                                      std::vector<Hemisphere>& hemispheres) {
-    std::vector<Hemisphere> list;
-    for (std::size_t n = 0; n < hemispheres.size(); ++n)
-        if (n == 0 || incidences[n].theta_i != incidences[n - 1].theta_i)
-            list.push_back(std::move(hemispheres[n]));
-    return list;
-}
-
 void count_states(const Cloud& cloud, ComponentSurvey& result) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t n = 0; n < cloud.size(); ++n) {
@@ -73,7 +63,7 @@ ComponentSurvey survey(const Component& component) {
                                          incidence.state.begin(), incidence.state.end(), usable)),
                                      one.albedo(), one.coverage()});
     }
-    result.reciprocity = reciprocity_error(first_azimuth(incidences, hemispheres));
+    result.reciprocity = reciprocity_error(hemispheres);
     return result;
 }
 

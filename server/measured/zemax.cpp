@@ -131,6 +131,7 @@ Counts fill_cloud(Cloud& cloud, const Header& header, const std::vector<Section>
 
 void explain(Understood& account, const Header& header, const Counts& counts) {
     account.found("convention", "f", "the format stores a BSDF in 1/sr");
+    account.found("units", "degrees, 1/sr", "the format's definition");
     account.found("angles", "about the mirror direction",
                   "the header lists SampleRotation and AngleOfIncidence");
     account.found("azimuth", "0 from the mirror direction towards the normal, counter-clockwise",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/spec/measured_fields.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "server/base/sha256.h"
@@ -27,6 +28,7 @@ struct Entry {
     std::string place;    ///< of the object that holds it, "" where there is none of its own
     const Json* name = nullptr;
     const Json* extrapolation = nullptr;
+    const Json* phi_in = nullptr;
     const Json* data = nullptr;
 };
 
@@ -42,6 +44,7 @@ std::vector<Entry> entries_of_list(const Json& list, const std::string& pointer)
             entry.data = item.contains("data") ? &item["data"] : nullptr;
             if (item.contains("name")) entry.name = &item["name"];
             if (item.contains("extrapolation")) entry.extrapolation = &item["extrapolation"];
+            if (item.contains("phi_in")) entry.phi_in = &item["phi_in"];
         }
         if (entry.data != nullptr && entry.data->is_string()) entries.push_back(entry);
     }
@@ -86,7 +89,7 @@ class MeasuredReader {
         }
         const std::vector<Entry> entries = entries_of(measured_);
         const Extrapolation usual = extrapolation_of(whole["extrapolation"], {});
-        for (const Entry& entry : entries) read_material(entry, usual);
+        for (const Entry& entry : entries) read_material(entry, usual, whole["phi_in"]);
         check_fields();
         if (is_read_of_measured(job_.kind, "theta_in")) read_angles(whole["theta_in"]);
         job_.measured.gutter = whole["gutter"].get<std::int64_t>();
@@ -97,7 +100,7 @@ class MeasuredReader {
     }
 
   private:
-    void read_material(const Entry& entry, const Extrapolation& usual) {
+    void read_material(const Entry& entry, const Extrapolation& usual, const Json& usual_phi_in) {
         const auto& text = entry.data->get_ref<const std::string&>();
         const std::string digest = measurement_digest(text);
         if (digest.empty()) {
@@ -109,6 +112,15 @@ class MeasuredReader {
         if (entry.name != nullptr) material.name = entry.name->get<std::string>();
         if (entry.extrapolation != nullptr)
             material.extrapolation = extrapolation_of(*entry.extrapolation, usual);
+        const Json& phi_in = entry.phi_in != nullptr ? *entry.phi_in : usual_phi_in;
+        if (!phi_in.is_null()) {
+            material.phi_in = std::fmod(phi_in.get<double>(), 360.0) + 0.0;  // 360 is 0
+            if (measured_.is_object() && measured_["conserve"].get<bool>())
+                problems_.add(
+                    entry.phi_in != nullptr ? entry.place + "/phi_in" : "/measured/phi_in",
+                    "does not go with conserve: light and view change places under other "
+                    "azimuths too. Leave one of them out");
+        }
         job_.measured.materials.push_back(std::move(material));
     }
 
@@ -240,13 +252,16 @@ void read_measured(const Json& given, const Json& document, ProblemList& problem
 Json measured_json(const JobSpec& job) {
     const MeasuredSpec& measured = job.measured;
     Json materials = Json::array();
-    for (const MeasuredMaterial& material : measured.materials)
+    for (const MeasuredMaterial& material : measured.materials) {
         materials.push_back({{"data", kMeasurementPrefix + material.data},
                              {"name", material.name},
                              {"extrapolation",
                               {{"p", material.extrapolation.p},
                                {"l", material.extrapolation.l},
                                {"theta_in", to_word(material.extrapolation.theta_in)}}}});
+        materials.back()["phi_in"] = nullptr;
+        if (material.phi_in) materials.back()["phi_in"] = *material.phi_in;
+    }
     Json json = {{"data", materials},
                  {"theta_in", measured.theta_in},
                  {"gutter", measured.gutter},

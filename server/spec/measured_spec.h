@@ -26,6 +26,9 @@ struct MeasuredMaterial {
     std::string data;  ///< SHA-256 of the file, 64 hex digits
     std::string name;  ///< for people; the first digits of the hash unless the job has one
     Extrapolation extrapolation;
+    /// Azimuth of the light in degrees, in [0, 360); the mean over all azimuths where there is
+    /// none.
+    std::optional<double> phi_in = std::nullopt;
     bool operator==(const MeasuredMaterial&) const = default;
 };
 

@@ -81,10 +81,14 @@ Material read_material(const MeasuredMaterial& wanted, const MeasurementSource& 
     const std::string bytes = measurements(wanted.data);
     try {
         Reading reading = read_measurement(bytes);
-        Material material(reading.components.front(), wanted.extrapolation, reading.understood);
+        Material material(reading.components.front(), wanted.extrapolation, reading.understood,
+                          wanted.phi_in);
         note.format = reading.understood.format;
         note.title = reading.understood.title;
         note.warnings = reading.understood.warnings;
+        note.colour = material.colour();
+        note.azimuths = material.azimuths();
+        note.extrapolation = material.extrapolation();
         return material;
     } catch (const Error& error) {
         throw Error(error.code(), wanted.name + ": " + error.what());

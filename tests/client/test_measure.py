@@ -51,6 +51,37 @@ class Measure(KilnTest):
         _, stderr = self.kiln("measure", "info", "noise.bin", exit_status=2)
         self.assertIn("no format that is read", stderr)
 
+    def test_two_azimuths_of_one_measurement_are_an_atlas(self):
+        """A surface twice as bright for light along x: phi_in 0, 90 and the mean of both."""
+        rows = ["theta_in,phi_in,theta_out,phi_out,value"]
+        for theta_in in (0, 60):
+            for phi_in in range(0, 360, 90):
+                for theta_out in range(0, 90, 5):
+                    for phi_out in range(0, 360, 15):
+                        value = 0.1 if theta_in and phi_in % 180 else 0.2
+                        rows.append(f"{theta_in},{phi_in},{theta_out},{phi_out},{value}")
+        self.write("brushed.csv", "\n".join(rows) + "\n")
+        self.write("job.json", json.dumps({
+            "kind": "atlas", "resolution": [19, 10], "device": "native",
+            "measured": {"theta_in": [60], "data": [
+                {"data": "brushed.csv", "phi_in": 0}, {"data": "brushed.csv", "phi_in": 90},
+                "brushed.csv"]}}))
+        self.kiln("bake", "job.json", "-o", "atlas.exr", "--local")
+        materials = json.loads(self.read("atlas.sidecar.json"))["materials"]
+        self.assertEqual([one["phi_in_deg"] for one in materials], [0, 90, None])
+        self.assertEqual([one["azimuths"]["measured"] for one in materials], [4, 4, 4])
+        albedos = [one["slices"][0]["directional_albedo"]["rgb"][0] for one in materials]
+        for albedo, value in zip(albedos, (0.2, 0.1, 0.15)):
+            self.assertAlmostEqual(albedo, math.pi * value, delta=0.002)
+        # Single azimuths are a third off their mean under 60 degrees, and not at all under 0.
+        self.assertAlmostEqual(materials[2]["azimuths"]["spread"], 1 / 6, delta=0.01)
+        self.assertTrue(any("the material turns" in one for one in materials[2]["warnings"]))
+        # What was measured under one azimuth is not known under another.
+        self.write("paint.csv", lambertian())
+        _, stderr = self.kiln("measure", "view", "paint.csv", "-o", "lobe.png", "--phi-in", "30",
+                              exit_status=2)
+        self.assertIn("at theta_in = 60 no light was measured on both sides of phi_in = 30", stderr)
+
     def test_slices_of_two_materials_are_an_atlas(self):
         self.write("paint.csv", lambertian())
         stdout, _ = self.kiln("measure", "slices", "paint.csv", "paint.csv", "-o", "atlas.exr",

@@ -34,9 +34,10 @@ inline measured::Reading reading_of(const std::string& name) {
 }
 
 /// The first component of a file's bytes.
-inline measured::Material material_of(const std::string& bytes, Extrapolation how = {}) {
+inline measured::Material material_of(const std::string& bytes, Extrapolation how = {},
+                                      measured::PhiIn phi_in = {}) {
     measured::Reading reading = measured::read_measurement(bytes);
-    return measured::Material(reading.components[0], how, reading.understood);
+    return measured::Material(reading.components[0], how, reading.understood, phi_in);
 }
 
 inline std::string finding(const measured::Understood& account, const std::string& what) {

@@ -51,7 +51,7 @@ inline constexpr const char* kFuzzWords[] = {"-1",
                                              "999999999999999999999"};
 
 /// Largest cloud that is looked at as well as read.
-inline constexpr std::size_t kSurveyPointsMax = 3000;
+inline constexpr std::size_t kSurveyPointsMax = 600;
 
 /// Straight into the reader, so that no mutation of the magic hides it, and the whole way. Throws
 /// kiln::Error for what is refused.

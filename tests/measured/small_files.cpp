@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
@@ -17,7 +18,8 @@ void put(std::string& bytes, T value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Three incidences, the last a copy, four by four nodes; colours, or wavelengths every 25 nm.
+/// Three theta_i, the last a copy, four by four nodes: colours under three azimuths of a quadrant,
+/// or wavelengths every 25 nm under one.
 std::string small_rgl(bool spectral) {
     const auto floats = [](std::size_t count, auto value) {
         std::string data;
@@ -25,26 +27,33 @@ std::string small_rgl(bool spectral) {
         return data;
     };
     const auto one = [](std::size_t) { return 1.0; };
-    const std::size_t planes = spectral ? 13 : 3, last = 2 * planes * 16;
+    const std::size_t planes = spectral ? 13 : 3, azimuths = spectral ? 1 : 3;
+    const std::size_t slice = planes * 16;
     std::vector<TensorPart> parts = {
         {"description", 1, {4}, "test"},
-        {"phi_i", 10, {1}, floats(1, [](std::size_t) { return 0.0; })},
+        {"phi_i",
+         10,
+         {azimuths},
+         floats(
+             azimuths,
+             [](std::size_t n) { return std::numbers::pi * (0.25 * static_cast<double>(n) - 1); })},
         {"theta_i",
          10,
          {3},
          floats(3, [](std::size_t n) { return 0.75 * static_cast<double>(n); })},
         {"sigma", 10, {2, 4}, floats(8, one)},
         {"ndf", 10, {2, 4}, floats(8, one)},
-        {"vndf", 10, {1, 3, 4, 4}, floats(48, one)},
+        {"vndf", 10, {azimuths, 3, 4, 4}, floats(azimuths * 48, one)},
         {spectral ? "spectra" : "rgb",
          10,
-         {1, 3, planes, 4, 4},
-         floats(last / 2 * 3,
+         {azimuths, 3, planes, 4, 4},
+         floats(azimuths * 3 * slice,
                 [&](std::size_t n) {
-                    return 0.01 * static_cast<double>(n >= last ? n - last / 2 : n);
+                    const bool copy = n / slice % 3 == 2;
+                    return 0.01 * static_cast<double>(copy ? n - slice : n);
                 })},
         {"jacobian", 1, {1}, std::string(1, '\1')},
-        {"valid", 1, {6}, std::string(6, '\xff')},
+        {"valid", 1, {azimuths * 6}, std::string(azimuths * 6, '\xff')},
     };
     if (spectral)
         parts.push_back({"wavelengths", 10, {planes}, floats(planes, [](std::size_t n) {

@@ -51,14 +51,27 @@ struct TensorPart {
 std::string tensor_file(const std::vector<TensorPart>& parts);
 
 /// What an RGL file is besides a surface: the red of it times a reflectance at some wavelengths, or
-/// the same in R, G and B where none are given; as many azimuths of the light, all alike.
+/// the same in R, G and B where none are given.
 struct RglLayout {
     std::vector<double> nanometres;
     double (*reflectance)(double nanometres) = nullptr;
-    std::uint64_t azimuths = 1;
+    std::size_t nodes = 33;         ///< along each side of a table
+    std::vector<double> phi_in{0};  ///< degrees; more than two for a surface that turns
 };
 /// f cos theta_o under five theta_in to 80 degrees, at half vectors.
 std::string rgl_file(const Material& surface, const RglLayout& layout);
+
+/// A surface whose normals lie along x and y to different extents: GGX of two widths with Smith's
+/// height-correlated masking, all of it reflected by f0 (Schlick), over a Lambertian base.
+struct Brushed {
+    double alpha_x = 0.2, alpha_y = 0.5, f0 = 0.5, diffuse = 0.2;
+    /// f_r in 1/sr; degrees, azimuths as the surface lies.
+    double operator()(double theta_i, double phi_i, double theta_o, double phi_o) const;
+};
+std::string rgl_file(const Brushed& surface, const RglLayout& layout);
+/// Columns theta_in, phi_in, theta_out, phi_out and r, to 75 degrees of the view.
+std::string csv_file(const Brushed& surface, const std::vector<double>& theta_in,
+                     const std::vector<double>& phi_in, double step);
 
 /// A file of few values for each reader, valid as it is: where mutations start.
 std::string small_file(std::string_view reader);

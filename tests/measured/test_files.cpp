@@ -40,7 +40,7 @@ std::array<double, 3> albedo(const RglBrdf& brdf, double theta_i) {
             const double theta_h = u * u * std::numbers::pi / 2;
             const double area =
                 std::sin(theta_h) * u * std::numbers::pi / kRings * 2 * std::numbers::pi / kSpokes;
-            const auto value = brdf.value(theta_i, out);
+            const auto value = brdf.value(in, out);
             for (std::size_t c = 0; c < 3; ++c) sum[c] += 4 * d * area * std::max(0.0, value[c]);
         }
     return sum;

@@ -185,8 +185,8 @@ TEST_F(MeasuredPhysics, TheCopiedSliceOfRglIsNotReciprocal) {
         std::vector<double> copied, ours;
         for (double theta = 10; theta <= 60; theta += 10)
             for (double turn = 0; turn < 360; turn += 20) {
-                const double there = brdf.value(87, direction(theta, turn))[1];
-                const double back = brdf.value(theta, direction(87, -turn))[1];
+                const double there = brdf.value(direction(87, 0), direction(theta, turn))[1];
+                const double back = brdf.value(direction(theta, 0), direction(87, -turn))[1];
                 copied.push_back(
                     relative(there / std::cos(theta * kDegree), back / std::cos(87 * kDegree)));
                 Origin origin{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -8,6 +9,7 @@
 #include "server/base/error.h"
 #include "server/measured/bounds.h"
 #include "server/measured/survey.h"
+#include "tests/measured/fuzz_targets.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {
@@ -264,6 +266,22 @@ TEST(Readers, SizeBombsAreRefusedBeforeTheyExpand) {
     std::string deep = R"({"theta_i":0,"BRDF":)" + std::string(100000, '[');
     EXPECT_FALSE(refusal(deep).empty());
     refusal(std::string(kFileBytesMax + 1, ' '), "measurement_too_large");
+}
+
+/// Whatever a file is: its account says how values, units, azimuths, symmetry and masks were
+/// understood, and what speaks for each.
+TEST(Readers, AllSayWhatTheyUnderstoodAndWhy) {
+    for (const FuzzTarget& target : fuzz_targets()) {
+        const Reading reading =  // MERL's is of a small table, which the format has not
+            target.name == "merl" ? target.read(target.seed) : read_measurement(target.seed);
+        for (const char* what : {"convention", "units", "azimuth", "symmetry", "mask"}) {
+            const std::vector<Finding>& all = reading.understood.findings;
+            const auto one = std::find_if(all.begin(), all.end(),
+                                          [what](const Finding& f) { return f.what == what; });
+            ASSERT_NE(one, all.end()) << target.name << " " << what;
+            EXPECT_FALSE(one->value.empty() || one->evidence.empty()) << target.name << " " << what;
+        }
+    }
 }
 
 }  // namespace

@@ -76,9 +76,9 @@ std::string with_digest(std::string text) {
 
 TEST(Jobs, MeasuredFieldsArrive) {
     const JobSpec job = parse_job(with_digest(
-        R"({"kind":"atlas","measured":{"data":[ID,{"data":ID,"name":"b","extrapolation":{"l":0.5,
-        "theta_in":"clamp"}}],"extrapolation":{"p":0.25},"theta_in":[0,30.5],"gutter":3,
-        "conserve":true,"fit_error_max":0.05},"device":"native",
+        R"({"kind":"atlas","measured":{"data":[ID,{"data":ID,"name":"b","phi_in":null,
+        "extrapolation":{"l":0.5,"theta_in":"clamp"}}],"extrapolation":{"p":0.25},"phi_in":97.5,
+        "theta_in":[0,30.5],"gutter":3,"fit_error_max":0.05},"device":"native",
         "resolution":[16,8],"output":{"format":"png","pixel":"rgb9e5"}})"));
     JobSpec expected;
     expected.kind = Kind::atlas;
@@ -86,11 +86,10 @@ TEST(Jobs, MeasuredFieldsArrive) {
     expected.format = ImageFormat::png;
     expected.pixel = PixelType::rgb9e5;
     expected.measured.materials = {
-        {kDigest, kDigest.substr(0, 12), {0.25, 0.3, ThetaInBeyond::reciprocity}},
+        {kDigest, kDigest.substr(0, 12), {0.25, 0.3, ThetaInBeyond::reciprocity}, 97.5},
         {kDigest, "b", {0.25, 0.5, ThetaInBeyond::clamp}}};
     expected.measured.theta_in = {0, 30.5};
     expected.measured.gutter = 3;
-    expected.measured.conserve = true;
     expected.measured.fit_error_max = 0.05;
     expected.device = DeviceChoice::native;
     EXPECT_EQ(job, expected);
@@ -101,7 +100,7 @@ TEST(Jobs, MeasuredDefaultsAreThoseOfTheStruct) {
     EXPECT_EQ(job.measured.materials.at(0).extrapolation, Extrapolation{});
     EXPECT_EQ(job.measured.theta_in,
               (std::vector<double>{0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60}));
-    EXPECT_FALSE(job.measured.conserve);
+    EXPECT_FALSE(job.measured.materials.at(0).phi_in || job.measured.conserve);
     EXPECT_FALSE(job.measured.fit_error_max);
     EXPECT_EQ(job.resolution, (std::vector<std::int64_t>{361, 181}));
     EXPECT_EQ(job.pixel, PixelType::half);
@@ -136,10 +135,11 @@ TEST(Jobs, SpellingsOfMeasuredAreOneJob) {
     const std::string one = id(R"({"data":ID})");
     for (const char* same :
          {R"({"data":[ID]})", "[ID]", R"([{"data":ID}])", R"({"data":ID,"gutter":0.0})",
-          R"({"data":[{"data":ID,"extrapolation":{"p":1}}],"extrapolation":{"p":0.5}})"})
+          R"({"data":[{"data":ID,"extrapolation":{"p":1}}],"extrapolation":{"p":0.5}})",
+          R"({"data":[{"data":ID,"phi_in":null}],"phi_in":360})"})
         EXPECT_EQ(id(same), one) << same;
     for (const char* other :
-         {R"({"data":ID,"name":"x"})", R"({"data":ID,"gutter":1})", R"({"data":[ID,ID]})",
+         {R"({"data":ID,"name":"x"})", R"({"data":ID,"phi_in":0})", R"({"data":[ID,ID]})",
           R"({"data":ID,"theta_in":[0,20,40]})", R"({"data":ID,"conserve":true})",
           R"({"data":ID,"fit_error_max":0.1})", R"({"data":ID,"extrapolation":{"l":0.31}})"})
         EXPECT_NE(id(other), one) << other;
