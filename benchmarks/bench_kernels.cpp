@@ -118,6 +118,7 @@ const Cases kFastCases = {
     {"A_B_multiscatter", {{.terms = 7}}},
     {"multiscatter", {{.terms = 4}}},
     {"E_separable", {{.masking = 1, .terms = 1}}},
+    {"A_B_visible_lights", {{.importance = kVisibleLights, .terms = 3}}},
     {"A_B_ndf", {{.importance = 1, .terms = 3}}},
     {"E_avg", {{.terms = 1, .averaged = 1}}},
     {"A_B_float64", {{.terms = 3}, Precision::float64}},

@@ -79,15 +79,14 @@ KILN_FUNCTION HalfVector ggx_sample_ndf(View view, KILN_GLOBAL const scalar* poi
 // The density of visible normals over that of all normals, G1(V) (V·h)⁺ / (NoV NoH). Its mean over
 // all normals is 1. inverse_NoH comes with the point of ggx_sample_ndf; log-uniform tangents bring
 // it times the density of all normals over their own.
-KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, scalar inverse_NoH) {
+KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, real inverse_NoH) {
     return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH * view.inverse_cap, lanes(K(0.0)));
 }
 
-KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, scalar NoH) {
+KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, real NoH) {
     const real edge = (KILN_LIGHT_SCALE * view.alpha_over_S) * h.hh;
     Light light;
-    light.NoL =
-        lane_fma(KILN_LIGHT_SCALE * h.VoH2, lanes(NoH), -((KILN_LIGHT_SCALE * view.vz) * h.hh));
+    light.NoL = lane_fma(KILN_LIGHT_SCALE * h.VoH2, NoH, -((KILN_LIGHT_SCALE * view.vz) * h.hh));
     light.S = lane_root(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
     return light;
 }

@@ -11,6 +11,7 @@
 #include "kernels/diffuse.h"
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
+#include "kernels/visible_lights.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
 #include "kernels/charlie.h"

@@ -30,7 +30,9 @@ typedef struct {
 // GGX under Smith from half vectors: the fast path's own lobe, with its exact deficit.
 KILN_FUNCTION int is_fast_lobe(const Material what) {
     return what.distribution == KILN_DISTRIBUTION_GGX &&
-           what.masking <= KILN_MASKING_SMITH_SEPARABLE && what.importance <= KILN_IMPORTANCE_NDF;
+           what.masking <= KILN_MASKING_SMITH_SEPARABLE &&
+           (what.importance <= KILN_IMPORTANCE_NDF ||
+            what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS);
 }
 
 // Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
@@ -60,9 +62,17 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     if (is_fast_lobe(what)) {
         const Integrand fast = {what.masking, what.importance,
                                 what.terms & (KILN_TERM_WEIGHT | KILN_TERM_DEFICIT)};
-        const HalfVector h = sample_half_vector(fast, view, point);
-        *VoH = ggx_VoH(view, h);
-        return weigh(fast, view, h, ggx_mirror(view, h, point[1]), *VoH, point[2]);
+        VisibleLight sample;
+        if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
+            sample = sample_visible_light(view, point);
+        } else {
+            sample.h = sample_half_vector(fast, view, point);
+            sample.NoH = lanes(point[1]);
+            sample.weight = lanes(point[2]);
+        }
+        *VoH = ggx_VoH(view, sample.h);
+        return weigh(fast, view, sample.h, ggx_mirror(view, sample.h, sample.NoH), *VoH,
+                     sample.weight);
     }
     Scattering s;
     if (what.importance >= KILN_IMPORTANCE_COSINE) {

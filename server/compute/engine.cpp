@@ -112,7 +112,8 @@ struct Engine::State {
         if (job.integrator == Integrator::quadrature) return quadrature_kernels(job, plan);
         std::vector<KernelKind> kernels;
         for (const Pass& pass : plan.passes)
-            for (const Specialisation& kernel : kiln::kernels_of(pass)) kernels.push_back(kernel);
+            for (const Specialisation& kernel : kiln::kernels_of(pass, job.sample_count))
+                kernels.push_back(kernel);
         return kernels;
     }
 

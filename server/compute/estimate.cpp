@@ -48,6 +48,13 @@ void add_tilted_events(const Pass& pass, const Mean& mean, std::size_t place, do
     }
     chance = tilted_chance(pass.what.material, NoV, alpha);
 }
+/// Visible lights are dense towards the horizon: of a chance p, √p are tilted, of weight 2 √p.
+void add_visible_light_events(const Pass& pass, const Mean& mean, std::size_t place, double& chance,
+                              double& weight) {
+    const double NoV = pass.places.NoV(place), alpha = pass.places.alpha(place);
+    chance = std::sqrt(tilted_chance(pass.what.material, NoV, alpha));
+    for (const std::size_t t : kMirroredTerms) weight += std::abs(mean.terms[t]) * 2 * chance;
+}
 }  // namespace
 
 Means::Means(const std::vector<Share>& shares, const Region& region) {
@@ -85,6 +92,7 @@ PlaceFacts Means::facts(const Pass& pass, const Region& region, ThreadPool& pool
     facts.place_count = places.size();
     for (auto* planes : {&facts.controls, &facts.event_chances, &facts.event_weights})
         planes->resize(list_.size());
+    const bool lights = region.draws[0].points == PointKind::visible_lights;
     if (pass.points != PointKind::visible_normals) return facts;
     for (std::size_t m = 0; m < list_.size(); ++m) {
         const bool tilted = terms_of(list_[m].mirrored) != 0;
@@ -96,7 +104,9 @@ PlaceFacts Means::facts(const Pass& pass, const Region& region, ThreadPool& pool
             const std::size_t end = std::min((task + 1) * kPlacesATask, places.size());
             for (std::size_t i = task * kPlacesATask; i < end; ++i) {
                 double &chance = facts.event_chances[m][i], &weight = facts.event_weights[m][i];
-                if (tilted)
+                if (lights)
+                    add_visible_light_events(pass, list_[m], places[i], chance, weight);
+                else if (tilted)
                     add_tilted_events(pass, list_[m], places[i], facts.controls[m][i], chance,
                                       weight);
                 else

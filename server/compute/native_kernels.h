@@ -86,6 +86,15 @@ static NativeFunction<scalar> find(const KernelMaterial& what) {
             {group_sums<1, log_tangents, deficit, 0>, group_sums<1, log_tangents, deficit, 1>}};
         return functions[what.masking][what.averaged];
     }
+    if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {  // weights and Schlick's term alone
+        constexpr int lights = KILN_IMPORTANCE_VISIBLE_LIGHTS;
+        constexpr const NativeFunction<scalar> functions[2][4] = {
+            {nullptr, group_sums<0, lights, 1, 0>, group_sums<0, lights, 2, 0>,
+             group_sums<0, lights, 3, 0>},
+            {nullptr, group_sums<1, lights, 1, 0>, group_sums<1, lights, 2, 0>,
+             group_sums<1, lights, 3, 0>}};
+        return functions[what.masking][what.terms];
+    }
     constexpr const NativeFunction<scalar>(*rows[2][2])[8] = {
         {Row<0, 0>::functions, Row<0, 1>::functions}, {Row<1, 0>::functions, Row<1, 1>::functions}};
     return rows[what.masking][what.importance][what.averaged][what.terms];

@@ -23,6 +23,7 @@ static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
               kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS &&
               kWalkScalars == KILN_WALK_SCALARS);
 static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
+              kVisibleLights == KILN_IMPORTANCE_VISIBLE_LIGHTS &&
               kCharlieSoftened == KILN_MASKING_CHARLIE_SOFTENED);
 
 constexpr double kTwo32 = 4294967296.0;
@@ -267,6 +268,12 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
         case PointKind::uniform:
             values.insert(values.end(), {cosine, rest, std::sqrt(u * (1 + rest))});
             break;
+        case PointKind::visible_lights: {  // kernels/visible_lights.h
+            const double even = u * (2 - u);
+            values.insert(values.end(),
+                          {cosine, std::sqrt(even), 2 * rest, even, rest * rest, NoV});
+            return;
+        }
         case PointKind::log_tangents:
             append_log_tangent(values, cosine, u, 1);
             break;
@@ -320,6 +327,7 @@ std::size_t point_scalars(PointKind kind) {
 PointKind point_kind(const KernelMaterial& material) {
     if (material.importance == kLogTangents)
         return material.averaged ? PointKind::log_tangents_averaged : PointKind::log_tangents;
+    if (material.importance == kVisibleLights) return PointKind::visible_lights;
     if (material.diffuse == KILN_DIFFUSE_GGX_LAMBERT && material.terms & KILN_TERMS_DIFFUSE)
         return PointKind::facet_walk;
     switch (static_cast<Importance>(material.importance)) {

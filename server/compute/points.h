@@ -38,12 +38,14 @@ enum class PointKind {
     cosine,
     uniform,
     cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
+    visible_lights,  ///< visible normals that mirror the view above the horizon
     log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
     log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
     facet_walk,             ///< three facets on a walk, from a set of its own
 };
-/// The importance by which the kernels know log tangents; no job spells it.
+/// The importances by which the kernels know log tangents and visible lights; no job spells them.
 inline constexpr int kLogTangents = KILN_IMPORTANCE_COUNT;
+inline constexpr int kVisibleLights = KILN_IMPORTANCE_COUNT + 1;
 
 /// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);

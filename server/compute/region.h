@@ -27,11 +27,12 @@ struct Region {
 };
 
 /// Every place of a pass, once. Where 1 − E is small, visible normals hardly ever meet what carries
-/// it; there it is drawn by log-uniform tangents. A pass without such places has one region.
-std::vector<Region> regions_of(const Pass& pass, ThreadPool& pool);
+/// it; there it is drawn by log-uniform tangents. At low roughness many samples of E, A and
+/// B are drawn above the horizon alone. A pass without such places has one region.
+std::vector<Region> regions_of(const Pass& pass, std::int64_t sample_count, ThreadPool& pool);
 
 /// The kernels of a pass, the one of its terms first.
-std::vector<Specialisation> kernels_of(const Pass& pass);
+std::vector<Specialisation> kernels_of(const Pass& pass, std::int64_t sample_count);
 /// The kernel that has the deficit by log-uniform tangents.
 Specialisation log_tangent_kernel(const Specialisation& what);
 

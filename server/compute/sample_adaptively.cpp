@@ -217,7 +217,7 @@ class Adaptive {
 
     void run() {
         for (const Pass& pass : s_.plan.passes)
-            for (const Region& region : regions_of(pass, s_.pool))
+            for (const Region& region : regions_of(pass, s_.job.sample_count, s_.pool))
                 for (std::size_t first = 0; first < region.places.size(); first += kTogether) {
                     const auto places =
                         std::span(region.places)

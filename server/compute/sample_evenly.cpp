@@ -28,7 +28,7 @@ class Even {
 
     void run() {
         for (const Pass& pass : s_.plan.passes)
-            for (const Region& region : regions_of(pass, s_.pool)) {
+            for (const Region& region : regions_of(pass, s_.job.sample_count, s_.pool)) {
                 if (s_.job.precision == Precision::float64)
                     run_region<double>(pass, region);
                 else

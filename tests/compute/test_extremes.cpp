@@ -106,6 +106,9 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
     // G2 / G1 of the view is a probability under both Smith forms. By other samplers, or under
     // other maskings, the weight is a ratio of densities without a bound.
     const bool probability = what.importance == 0 && what.masking <= 1;
+    // A visible light stands for at most twice the normals of a hemisphere, where points are half
+    // as dense.
+    if (what.importance == kVisibleLights && F_min >= 0) return {0, 4};
     if (term == kDeficit) return probability ? Range{0, 1} : Range{-infinite, 1};
     if (F_min < 0) return {-infinite, infinite};
     return {0, probability ? 1.0 : infinite};
@@ -129,7 +132,12 @@ KernelMaterial any_material(Draw& draw) {
     if (draw.below(4) == 0) {
         what.importance = kLogTangents;
         what.terms = 1 << kDeficit;
-    } else if (draw.below(2) == 0) {
+    } else if (draw.below(4) == 0) {
+        what.importance = kVisibleLights;
+        what.averaged = 0;
+        what.terms = 3;
+    }
+    if (what.importance != kLogTangents && draw.below(2) == 0) {
         what.general = 1;
         what.terms |= 7 << kColour;
     }
@@ -153,7 +161,7 @@ void check_launch(Backend& backend, Draw& draw) {
     for (std::size_t i = 0; i < kPlaces; ++i) {
         texels[i] = static_cast<Scalar>(draw.zero_to_one());
         texels[kPlaces + i] = static_cast<Scalar>(
-            what.importance == kLogTangents ? draw.log(1e-8, 1) : draw.zero_to_one());
+            what.importance >= kLogTangents ? draw.log(1e-8, 1) : draw.zero_to_one());
     }
     const PointSet set = make_points(static_cast<Sampler>(draw.below(4)), point_kind(what),
                                      draw.below(1u << 30), kSamples);

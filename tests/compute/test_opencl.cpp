@@ -38,15 +38,15 @@ class OpenCl : public ::testing::Test {
 };
 
 std::string job(const std::string& device, const std::string& rest) {
-    return R"({"resolution":[32,16],"sample_count":256,"device":")" + device + "\"," + rest + "}";
+    return R"({"resolution":[32,16],"device":")" + device + "\"," + rest + "}";
 }
 
 /// A case for each path through the kernels.
 const std::array<std::string, 4> kJobs = {
-    R"("quantities":["split_sum_scale","split_sum_bias","multiscatter_albedo"])",
-    R"("quantities":["split_sum_bias","multiscatter_albedo"],"importance":"ndf","sampler":"hammersley","microfacet":{"masking":"smith_separable"})",
-    R"("quantities":["average_albedo"],"sampler":"lattice")",
-    R"("quantities":["split_sum_scale"],"precision":"float64","sampler":"random")",
+    R"("quantities":["split_sum_scale","split_sum_bias","multiscatter_albedo"],"sample_count":256)",
+    R"("quantities":["split_sum_bias","multiscatter_albedo"],"importance":"ndf","sampler":"hammersley","microfacet":{"masking":"smith_separable"},"sample_count":256)",
+    R"("quantities":["average_albedo"],"sampler":"lattice","sample_count":256)",
+    R"("quantities":["split_sum_scale"],"precision":"float64","sampler":"random","sample_count":4096)",
 };
 
 bool opencl_is_here(const std::string& line) { return line.find(" opencl ") != std::string::npos; }

@@ -37,11 +37,11 @@ class OpenClModels : public testing::Test {
     }
 
     /// One job on both. Skips the test where there is no device.
-    static void expect_equal_bits(const std::string& fields) {
+    static void expect_equal_bits(const std::string& fields, int sample_count = 256) {
         const auto on = [&](const char* device) {
-            const std::string text =
-                std::string(R"({"resolution":[16,8],"sample_count":256,"device":")") + device +
-                "\"," + fields + "}";
+            const std::string text = R"({"resolution":[16,8],"sample_count":)" +
+                                     std::to_string(sample_count) + R"(,"device":")" + device +
+                                     "\"," + fields + "}";
             return engine_->run(parse_job(text), Control{});
         };
         Outcome opencl;
@@ -128,6 +128,13 @@ TEST_F(OpenClModels, EveryLobeAndFresnelTerm) {
                       R"("charlie","masking":"charlie","terminator_softening":true})");
     expect_equal_bits(
         R"("quantities":["average_albedo"],"microfacet":{"distribution":"beckmann"})");
+}
+
+// From 4096 samples on, low roughness has a kernel of its own (region.cpp).
+TEST_F(OpenClModels, VisibleLights) {
+    expect_equal_bits(R"("quantities":["split_sum_scale","split_sum_bias"])", 4096);
+    expect_equal_bits(R"("quantities":["specular_albedo"],"fresnel":)" + std::string(kFresnel[2]),
+                      4096);
 }
 
 // Beside the lobe itself the term that a half-vector coupling reads; a walk has none.

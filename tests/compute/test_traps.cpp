@@ -47,6 +47,8 @@ std::string flags_of(Backend& backend, const KernelMaterial& what, const Fresnel
     const Stiff places = stiff_places();
     std::vector<Scalar> texels(places.NoV.begin(), places.NoV.end());
     texels.insert(texels.end(), places.alpha.begin(), places.alpha.end());
+    for (std::size_t i = 0; i < places.NoV.size() && what.importance == kVisibleLights; ++i)
+        texels[i] = static_cast<Scalar>(std::max(places.NoV[i], places.alpha[i] / 2));  // their own
     std::vector<Scalar> parameters(kParameterCount, Scalar(0.5));
     const auto numbers = fresnel_parameters(fresnel, 0);
     for (std::size_t c = 0; c < 3; ++c)
@@ -93,13 +95,14 @@ class Traps : public testing::Test {
 
 TEST_F(Traps, N20SpecularLobes) {
     for (const int masking : {0, 1})
-        for (const int importance : {0, 1})
+        for (const int importance : {0, 1, kVisibleLights})
             for (const int averaged : {0, 1}) {
                 KernelMaterial what;
                 what.masking = masking;
                 what.importance = importance;
                 what.averaged = averaged;
-                what.terms = 7;
+                what.terms = importance == kVisibleLights ? 3 : 7;
+                if (importance == kVisibleLights && averaged) continue;
                 hold(what, {}, "masking " + std::to_string(masking));
                 what.general = 1;
                 what.terms |= 7 << kColour;
