@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derives the rows of server/compute/metals.cpp from measured optical constants.
+"""Derives the rows of server/spec/metals.cpp from measured optical constants.
 
 usage: metals.py DATA [--check METALS_CPP]
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "server/base/error.h"
-#include "server/compute/metals.h"
+#include "server/spec/metals.h"
 #include "server/compute/one_lane.h"
 
 namespace kiln {

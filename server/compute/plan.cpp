@@ -239,6 +239,8 @@ class Planner {
         KernelMaterial& material = pass.what.material;
         for (const Share& share : pass.shares)
             material.terms |= terms_of(share.a) | terms_of(share.b);
+        // A Fresnel term that reflects nothing needs none; there is no kernel without one.
+        if (material.terms == 0) material.terms = 1 << kWeight;
         const FresnelModel fresnel = fresnel_of_slice(job_, pass.slices[0]);
         if (material.terms & (kColourTerms | kTransmittedTerms)) {
             material.fresnel = fresnel_function(fresnel);
@@ -278,6 +280,11 @@ class Planner {
         material.general = !fast_lobe || (material.terms & ~kFastTerms) || other_power ? 1 : 0;
     }
 
+    bool asks(Quantity quantity) const {
+        return std::find(job_.quantities.begin(), job_.quantities.end(), quantity) !=
+               job_.quantities.end();
+    }
+
     void say_what_is_left_out() {
         plan_.left_out = unread_fields(job_);
         int terms = 0;
@@ -291,10 +298,21 @@ class Planner {
             plan_.left_out.push_back({what, why});
         };
         const char* not_asked = "no quantity that was asked for needs it";
-        if (!(terms & (1 << kSchlick | kColourTerms | kTransmittedTerms)))
+        const bool total = asks(Quantity::total_albedo);
+        const bool matte =
+            total && job_.coupling == Coupling::kelemen && job_.diffuse.model != DiffuseModel::none;
+        const bool scaled =
+            job_.multiscatter == Multiscatter::turquin &&
+            std::any_of(job_.quantities.begin(), job_.quantities.end(), reads_multiscatter);
+        if (!(terms & (1 << kSchlick | kColourTerms | kTransmittedTerms)) &&
+            !(total && job_.coupling == Coupling::view))
             leave("Fresnel term", not_asked);
-        if (!(terms & 1 << kDeficit)) leave("multiple-scattering term", not_asked);
-        if (!(terms & kDiffuseTerms)) leave("diffuse lobe", not_asked);
+        if (!(terms & 1 << kDeficit) && !scaled) leave("multiple-scattering term", not_asked);
+        if (matte)
+            leave("sampling of the diffuse lobe",
+                  "under coupling kelemen it returns the albedo of what the specular lobe leaves");
+        else if (!(terms & kDiffuseTerms))
+            leave("diffuse lobe", not_asked);
         if (averaged && job_.axes.size() > 1)
             leave(
                 "averages along NoV",

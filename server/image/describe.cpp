@@ -7,6 +7,7 @@
 #include "server/base/version.h"
 #include "server/image/describe_measured.h"
 #include "server/image/image.h"
+#include "server/image/model_words.h"
 #include "server/spec/channels.h"
 #include "server/spec/kinds.h"
 #include "server/spec/layouts.h"
@@ -42,58 +43,6 @@ bool any(const JobSpec& job, bool (*of)(Quantity)) {
     return std::any_of(job.quantities.begin(), job.quantities.end(), of);
 }
 
-std::string numbers(const std::vector<double>& values) {
-    std::vector<std::string> words;
-    for (const double value : values) words.push_back(number(value));
-    return joined(words, " ");
-}
-
-/// The Fresnel term that the quantities read, with its numbers; "none" where none reads one.
-std::string fresnel_words(const JobSpec& job) {
-    const FresnelModel& f = job.fresnel;
-    const std::string exponent = number(f.model == Fresnel::schlick ? f.exponent : 5);
-    if (!any(job, reads_fresnel))
-        return any(job, is_split_sum) ? "schlick (1994), F = F0 + (F90 - F0)(1 - VoH)^" + exponent
-                                      : "none";
-    const std::string name = text(to_word(f.model));
-    switch (f.model) {
-        case Fresnel::none:
-            return "none, F = 1";
-        case Fresnel::schlick:
-            return name + ", f0 " + numbers(f.f0) + ", f90 " + numbers(f.f90) + ", exponent " +
-                   exponent;
-        case Fresnel::dielectric:
-            return name + ", exact, ior " + numbers(f.ior);
-        case Fresnel::conductor:
-            return name + (f.metal ? ", exact, " + text(to_word(*f.metal))
-                                   : ", exact, eta " + numbers(f.eta) + ", k " + numbers(f.k));
-        case Fresnel::edge_tint:
-            return name + " (Gulbrandsen 2014), reflectivity " + numbers(f.reflectivity) +
-                   ", edge tint " + numbers(f.edge_tint);
-        case Fresnel::f82_tint:
-            return name + " (Hoffman 2019, MaterialX), f0 " + numbers(f.f0) + ", f82 " +
-                   numbers(f.f82);
-    }
-    return name;
-}
-
-std::string diffuse_words(const JobSpec& job) {
-    if (!any(job, reads_diffuse)) return "none";
-    return text(to_word(job.diffuse.model)) + ", albedo " + numbers(job.diffuse.albedo);
-}
-
-std::string distribution_words(Distribution distribution) {
-    switch (distribution) {
-        case Distribution::ggx:
-            return "ggx (Walter et al. 2007)";
-        case Distribution::beckmann:
-            return "beckmann (Beckmann and Spizzichino 1963)";
-        case Distribution::charlie:
-            return "charlie (Estevez and Kulla 2017)";
-    }
-    return "";
-}
-
 const char* meaning(Quantity quantity) {
     switch (quantity) {
         case Quantity::split_sum_scale:
@@ -118,26 +67,6 @@ const char* meaning(Quantity quantity) {
             return ", 2 * integral of the diffuse lobe's albedo mu dmu over 0..1";
         case Quantity::total_albedo:
             return ", white-furnace value of the coupled lobes";
-    }
-    return "";
-}
-
-std::string masking_words(Masking masking) {
-    switch (masking) {
-        case Masking::smith_correlated:
-            return "height-correlated Smith (Heitz 2014)";
-        case Masking::smith_separable:
-            return "separable Smith, G1(V) G1(L)";
-        case Masking::karis_ibl:
-            return "Schlick's G1 with k = alpha / 2 (Karis 2013)";
-        case Masking::karis_direct:
-            return "Schlick's G1 with k = (roughness + 1)^2 / 8 (Karis 2013)";
-        case Masking::unreal_joint:
-            return "Unreal 4's approximation of height-correlated Smith";
-        case Masking::neubelt:
-            return "1 / (4 (NoL + NoV - NoL NoV)) (Neubelt and Pettineo 2013)";
-        case Masking::charlie:
-            return "fitted Smith of Charlie (Estevez and Kulla 2017)";
     }
     return "";
 }
@@ -222,7 +151,8 @@ std::string axis_line(const JobSpec& job, std::size_t index) {
                        formula(axis) + bounds(axis);
     if (index == 2) return line + "; slices stand one below the other";
     line += std::string("; look up at ") + coordinate + " = ";
-    line += centers ? t : "((" + t + ") (" + n + " - 1) + 0.5)/" + n;
+    const std::string bracketed = t == "t" ? t : "(" + t + ")";
+    line += centers ? t : "(" + bracketed + " (" + n + " - 1) + 0.5)/" + n;
     return line;
 }
 
@@ -261,10 +191,7 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
         {"kiln.diffuse", diffuse_words(job)},
         {"kiln.coupling", text(to_word(job.coupling))},
         {"kiln.multiscatter", text(to_word(job.multiscatter))},
-        {"kiln.sampler", text(to_word(job.sampler))},
-        {"kiln.importance", text(to_word(job.importance))},
-        {"kiln.sample_count", std::to_string(job.sample_count)},
-        {"kiln.seed", std::to_string(job.seed)},
+        {"kiln.integrator", text(to_word(job.integrator))},
         {"kiln.version", kVersion},
         {"kiln.kernel_digest", provenance.kernel_digest},
         {"kiln.encoder_revision", std::to_string(kEncoderRevision)},
@@ -272,6 +199,12 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
         {"kiln.key", provenance.key},
         {"kiln.color", kColor},
     };
+    if (job.integrator == Integrator::monte_carlo) {
+        out.emplace_back("kiln.sampler", to_word(job.sampler));
+        out.emplace_back("kiln.importance", to_word(job.importance));
+        out.emplace_back("kiln.sample_count", std::to_string(job.sample_count));
+        out.emplace_back("kiln.seed", std::to_string(job.seed));
+    }
     if (provenance.standard_error_max)
         out.emplace_back("kiln.standard_error_max", number(*provenance.standard_error_max));
     return out;
@@ -283,14 +216,17 @@ std::vector<std::string> convention(const JobSpec& job) {
     for (auto& line : channel_lines(job)) lines.push_back(std::move(line));
     for (auto& line : layout_lines(job)) lines.push_back(std::move(line));
     lines.emplace_back(kAlphaMapping);
-    lines.push_back("distribution: " + distribution_words(job.distribution));
-    lines.push_back("masking: " + masking_words(job.masking));
+    if (any(job, reads_lobe)) {
+        lines.push_back("distribution: " + distribution_words(job.distribution));
+        lines.push_back("masking: " + masking_words(job));
+    }
     if (any(job, reads_fresnel) || any(job, is_split_sum))
         lines.push_back("Fresnel: " + fresnel_words(job));
     if (any(job, reads_diffuse)) lines.push_back("diffuse: " + diffuse_words(job));
-    if (any(job, reads_multiscatter))
-        lines.push_back("coupling " + text(to_word(job.coupling)) + ", multiple scattering " +
-                        text(to_word(job.multiscatter)));
+    if (any(job, reads_multiscatter)) {
+        lines.push_back("coupling: " + text(to_word(job.coupling)));
+        lines.push_back("multiple scattering: " + multiscatter_words(job.multiscatter));
+    }
     lines.emplace_back("V points away from the surface, NoV = cos(theta)");
     lines.push_back(std::string("values: ") + kColor);
     lines.emplace_back("lookup: bilinear, clamp to edge, no mipmaps");

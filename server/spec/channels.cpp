@@ -17,6 +17,11 @@ bool reads_diffuse(Quantity quantity) {
            quantity == Quantity::total_albedo;
 }
 
+bool reads_lobe(Quantity quantity) {
+    return quantity != Quantity::diffuse_albedo && quantity != Quantity::diffuse_average_albedo &&
+           quantity != Quantity::fresnel_average;
+}
+
 bool reads_multiscatter(Quantity quantity) {
     return quantity == Quantity::compensated_albedo || quantity == Quantity::total_albedo;
 }

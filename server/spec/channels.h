@@ -23,6 +23,8 @@ std::vector<Channel> channels_of(const JobSpec& job);
 /// What a quantity reads beside the lobe.
 bool reads_fresnel(Quantity quantity);
 bool reads_diffuse(Quantity quantity);
+/// The microfacet lobe, alone or in a material.
+bool reads_lobe(Quantity quantity);
 bool reads_multiscatter(Quantity quantity);
 
 /// What keeps quadrature from a quantity of the job, as the object of "has no rule for"; empty

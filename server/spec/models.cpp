@@ -279,6 +279,8 @@ void write_models(const JobSpec& job, Json& document) {
     if (job.terminator_softening) microfacet["terminator_softening"] = true;
     document["importance"] = to_word(job.importance);
     document["fresnel"] = fresnel_json(job.fresnel);
+    if (job.axes.size() == 3)
+        document["fresnel"].erase(std::string(to_word(job.axes[2].parameter)));
     document["diffuse"] = {{"model", to_word(job.diffuse.model)},
                            {"albedo", to_json(job.diffuse.albedo)}};
     document["coupling"] = to_word(job.coupling);

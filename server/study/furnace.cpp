@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "server/compute/fresnel.h"
 #include "server/spec/words.h"
 #include "server/study/furnace_pairs.h"
 #include "server/study/studies.h"
@@ -36,19 +37,25 @@ JobSpec table_job(const JobSpec& job) {
 
 /// Why a material as published exceeds 1, where that is known; "" else.
 std::string known_excess(const JobSpec& job) {
-    const DiffuseModel model = job.diffuse.model;
     if (job.distribution == Distribution::charlie) return "Charlie's lobe exceeds 1 as published";
-    if (model != DiffuseModel::none && job.coupling == Coupling::none)
-        return "nothing takes from the diffuse lobe what the specular one reflects";
-    if (model != DiffuseModel::none && job.coupling == Coupling::half_vector)
-        return "F(VoH) depends on the light, so the two lobes do not share what there is";
+    std::vector<std::string> reasons;
+    const DiffuseModel model = job.diffuse.model;
     if (model == DiffuseModel::burley || model == DiffuseModel::oren_nayar ||
-        model == DiffuseModel::oren_nayar_full || model == DiffuseModel::eon_unreal)
-        return std::string(to_word(model)) + " exceeds 1 as published";
+        model == DiffuseModel::oren_nayar_full || model == DiffuseModel::eon_unreal ||
+        model == DiffuseModel::chan2018)
+        reasons.push_back(std::string(to_word(model)) + " exceeds 1 as published");
+    const bool both = model != DiffuseModel::none && fresnel_average(job.fresnel, 1) != 0;
+    if (both && job.coupling == Coupling::none)
+        reasons.emplace_back("nothing takes from the diffuse lobe what the specular one reflects");
+    if (both && job.coupling == Coupling::half_vector)
+        reasons.emplace_back(
+            "F(VoH) depends on the light, so the two lobes do not share what there is");
     if (job.masking == Masking::karis_ibl || job.masking == Masking::karis_direct ||
         job.masking == Masking::unreal_joint)
-        return "the masking is an approximation";
-    return "";
+        reasons.emplace_back("the masking is an approximation");
+    std::string all;
+    for (const std::string& reason : reasons) all += (all.empty() ? "" : "; ") + reason;
+    return all;
 }
 
 std::string known_asymmetry(const JobSpec& job) {
@@ -61,7 +68,13 @@ std::string known_asymmetry(const JobSpec& job) {
 }
 
 std::string known_negative(const JobSpec& job) {
-    return job.fresnel.model == Fresnel::f82_tint ? "F82's formula is negative there" : "";
+    if (job.fresnel.model == Fresnel::f82_tint) return "F82's formula is negative there";
+    if (job.diffuse.model == DiffuseModel::chan2018 && job.coupling != Coupling::kelemen)
+        return "chan2018's fit is negative at grazing pairs as published";
+    if (job.distribution == Distribution::charlie &&
+        (job.multiscatter != Multiscatter::none || job.coupling == Coupling::kelemen))
+        return "1 - E, of which the added lobe is made, is negative where Charlie's exceeds 1";
+    return "";
 }
 
 std::string because(const std::string& why) { return why.empty() ? "" : " (" + why + ")"; }

@@ -7,7 +7,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/fresnel.h"
-#include "server/compute/metals.h"
+#include "server/spec/metals.h"
 #include "tests/kernels/textbook_fresnel.h"
 #include "tests/reference/tanh_sinh.h"
 

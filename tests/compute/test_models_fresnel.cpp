@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/compute/metals.h"
+#include "server/spec/metals.h"
 #include "server/spec/words.h"
 #include "tests/compute/models.h"
 

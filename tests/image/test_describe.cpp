@@ -152,6 +152,39 @@ TEST(Convention, PresetsSayTheirShiftBoundsAndChannels) {
     EXPECT_NE(cycles.find("roughness = t, at least 1e-04;"), std::string::npos) << cycles;
 }
 
+bool says(const std::string& document, const std::string& words) {
+    for (const std::string& line : convention(job_of(document)))
+        if (line.find(words) != std::string::npos) return true;
+    return false;
+}
+
+TEST(Convention, ModelsInWords) {
+    const std::string depth =
+        R"({"quantities":["compensated_albedo"],"resolution":[2,2,3],"multiscatter":"turquin",
+            "layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},
+                      "z":{"parameter":"f0"}}})";
+    EXPECT_TRUE(says(depth, "f0 along z, f90 1"));
+    EXPECT_TRUE(says(depth, "1 + F(1) (1 - E) / E"));
+    EXPECT_TRUE(says(canonical(job_of(depth)), "f0 along z"));
+    const std::string copper = R"({"quantities":["specular_albedo"],"fresnel":
+        {"model":"conductor","metal":"copper"}})";
+    EXPECT_TRUE(says(copper, "eta 0.267 1.04698 1.29918"));
+    EXPECT_TRUE(says(copper, "Johnson and Christy 1972"));
+    EXPECT_TRUE(says(R"({"quantities":["directional_albedo"],"microfacet":{"distribution":"charlie",
+        "masking":"charlie","terminator_softening":true}})",
+                     "softened"));
+    const std::string matte =
+        R"({"quantities":["diffuse_albedo"],"diffuse":{"model":"oren_nayar"}})";
+    EXPECT_TRUE(says(matte, "sigma in radians"));
+    EXPECT_FALSE(says(matte, "masking"));
+}
+
+TEST(Describe, QuadratureNamesNoSamples) {
+    auto read = described(job_of(R"({"quantities":["split_sum_bias"],"integrator":"quadrature"})"));
+    EXPECT_EQ(read["kiln.integrator"], "quadrature");
+    EXPECT_EQ(read.count("kiln.sample_count") + read.count("kiln.sampler"), 0u);
+}
+
 TEST(Convention, OneAxisAndFiveChannels) {
     const JobSpec averages = job_of(
         R"({"quantities": ["average_albedo"], "resolution": [64],

@@ -30,6 +30,12 @@ inline const std::string kContractExample = R"({
 
 /// Documents that must be accepted, limits among them.
 inline const std::vector<std::string> kValidJobs = {
+    R"({"quantities":["specular_albedo"],"resolution":[2,2,3],"fresnel":{"model":"dielectric"},)"
+    R"("layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},)"
+    R"("z":{"parameter":"ior","range":[0.5,2]}}})",
+    R"({"quantities":["compensated_albedo"],"resolution":[2,2,3],"multiscatter":"turquin",)"
+    R"("fresnel":{"model":"f82_tint","f82":0.5},"layout":{"x":{"parameter":"NoV"},)"
+    R"("y":{"parameter":"roughness"},"z":{"parameter":"f0"}}})",
     kContractExample,
     R"({"quantities":["split_sum_scale"]})",
     " \r\n\t{\"quantities\":[\"split_sum_scale\"]}\n",

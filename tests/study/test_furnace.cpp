@@ -51,6 +51,18 @@ TEST(Furnace, ModelsThatExceedOneAsPublishedAreReportedAsSuch) {
             R"("microfacet":{"distribution":"charlie","masking":"neubelt"},)"
             R"("fresnel":{"model":"none"}})",
             true, false, true});
+    expect({R"({"kind":"furnace","diffuse":{"model":"chan2018"}})", false, false, true});
+    expect({R"({"kind":"furnace","diffuse":{"model":"none"},"multiscatter":"kulla_conty",)"
+            R"("microfacet":{"distribution":"charlie","masking":"neubelt"}})",
+            false, true, true});
+}
+
+TEST(Furnace, WhatIsAloneInTheFurnaceExceedsOneByItself) {
+    const Study study = study_of(R"({"kind":"furnace","diffuse":{"model":"burley"},)"
+                                 R"("fresnel":{"model":"dielectric","ior":1}})")
+                            .study;
+    const std::string words = verdict(study, "energy conservation").words;
+    EXPECT_NE(words.find("(burley exceeds 1 as published)"), std::string::npos) << words;
 }
 
 TEST(Furnace, CompensationByKullaContyLosesNothingAndStaysReciprocal) {

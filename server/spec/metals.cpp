@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/compute/metals.h"
+#include "server/spec/metals.h"
 
 #include <cstddef>
 
