@@ -93,8 +93,12 @@ class Even {
             started = Clock::now();
         }
         if (const std::uint64_t bad = replicates.non_finite(); bad != 0)
-            throw Error("non_finite",
-                        std::to_string(bad) + " values of the table are not finite numbers");
+            throw Error(
+                "non_finite",
+                std::to_string(bad) + " values of the table are not finite numbers" +
+                    (s_.job.masking == Masking::charlie
+                         ? "; masking \"charlie\" has none at NoV = 0: give the axis a range"
+                         : ""));
         s_.account.add_trace(std::move(trace));
         s_.account.count_samples(replicates.place_count() * set.samples(), set.samples());
         s_.account.integrate_s += elapsed;
