@@ -41,6 +41,7 @@ NO_BOUNDS = {
     "kRoundsMax": "of an iteration whose rate is known",
     "kDeviationsMax": "a verdict's threshold",
     "kLobesMax": "the incidences that a fit takes of all",
+    "kAzimuthGapMax": "degrees that the contract names at measured.phi_in",
 }
 # kSomethingMax or kSomethingLimit, where it is declared.
 DECLARED = re.compile(r"constexpr [\w:<> ]*?[\w:>]+ (k\w*(?:Max|Limit)\w*)\b\s*[={]")

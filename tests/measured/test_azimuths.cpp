@@ -141,7 +141,7 @@ TEST(AnisotropicRgl, IsTheSurfaceWhereItWasMeasuredAndWhereMirrorsShowIt) {
 }
 
 /// The whole chain in the middle of two azimuths, and of all of them. Of points at half vectors the
-/// prediction is up to four times the truth, never below it by more than a half.
+/// prediction is up to five times the truth, never below it by more than a half.
 TEST(AnisotropicRgl, TheWholeChainIsWithinTwoPercent) {
     const SliceLayout layout = small_layout();
     for (const PhiIn phi_in : {PhiIn(52.5), PhiIn()}) {
@@ -160,7 +160,7 @@ TEST(AnisotropicRgl, TheWholeChainIsWithinTwoPercent) {
         const PredictedError& predicted = made.accounts[0].predicted;
         EXPECT_EQ(predicted.azimuths, material.azimuths().error);
         EXPECT_LT(sum / count, 2 * predicted.between_incidences());
-        EXPECT_GT(sum / count, 0.25 * predicted.between_incidences());
+        EXPECT_GT(sum / count, 0.2 * predicted.between_incidences());
     }
 }
 
