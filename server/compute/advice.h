@@ -13,6 +13,8 @@ namespace kiln {
 struct Candidate {
     JobSpec job;              ///< complete; baked by quadrature
     std::uint64_t bytes = 0;  ///< of its texels, uncompressed
+    /// Bounds; reconstruction by Lattice::dense(), at most a fifth above what is seen between
+    /// texels.
     double integration = 0, quantisation = 0, reconstruction = 0;
     double total() const { return integration + quantisation + reconstruction; }
 };

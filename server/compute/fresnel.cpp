@@ -9,8 +9,8 @@
 #include <string>
 
 #include "server/base/error.h"
-#include "server/spec/metals.h"
 #include "server/compute/one_lane.h"
+#include "server/spec/metals.h"
 
 namespace kiln {
 namespace {

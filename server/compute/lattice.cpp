@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "server/compute/axes.h"
@@ -57,7 +58,7 @@ std::vector<std::int64_t> ladder(std::int64_t count, bool flip, double growth) {
     return {texels.begin(), texels.end()};
 }
 
-Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth) {
+Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth, int parts) {
     Line line;
     line.count = count;
     const std::vector<std::int64_t> texels = ladder(count, axis.flip, growth);
@@ -66,25 +67,36 @@ Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth)
     const double least = least_of(axis.parameter);
     const auto inside = [&](double at) { return axis_value_between(axis, at, count) >= least; };
     const auto last = static_cast<double>(count - 1);
-    // From one texel (or rim) to the next: the place between, or where the parameter is the least.
-    const auto look_up = [&](double low, double high, double middle) {
+    // From one texel (or rim) to the next, or where the parameter is the least.
+    const auto look_up = [&](double low, double high) {
         if (inside(low) != inside(high)) {
             const double rim = position_of(axis, count, low, high, least);
-            places.insert({rim, (rim + (inside(low) ? low : high)) / 2});
-        } else if (inside(middle)) {
-            places.insert(middle);
+            places.insert(rim);
+            (inside(low) ? high : low) = rim;
         }
+        for (int part = 1; part < parts; ++part) {
+            const double at = low + (high - low) * part / parts;
+            if (inside(at)) places.insert(at);
+        }
+    };
+    // Beyond the last centre the lookup stays what it is, and the rim is furthest from it.
+    const auto look_up_rim = [&](double centre, double rim) {
+        if (inside(rim))
+            places.insert(rim);
+        else if (inside(centre))
+            places.insert(
+                position_of(axis, count, std::min(centre, rim), std::max(centre, rim), least));
     };
     for (const std::int64_t i : texels) {
         corners.insert(i);
         if (i + 1 == count) continue;
         corners.insert(i + 1);
         const auto at = static_cast<double>(i);
-        look_up(at, at + 1, at + 0.5);
+        look_up(at, at + 1);
     }
     if (axis.grid == Grid::center) {
-        look_up(-0.5, 0, -0.5);
-        look_up(last, last + 0.5, last + 0.5);
+        look_up_rim(0, -0.5);
+        look_up_rim(last, last + 0.5);
     }
     for (const std::int64_t i : corners) places.insert(static_cast<double>(i));
     line.at.assign(places.begin(), places.end());
@@ -100,6 +112,7 @@ Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth)
         line.looked_up.push_back(inside(at));
         line.weight.push_back(0);
     }
+    find_neighbours(line);
     for (const std::int64_t i : corners) {
         const auto next = corners.upper_bound(i);
         const auto here = corners.find(i);
@@ -114,18 +127,41 @@ Lattice::Line Lattice::line(const Axis& axis, std::int64_t count, double growth)
     return line;
 }
 
-Lattice::Lattice(const JobSpec& job, double growth) : lattice_(job) {
+Lattice::Lattice(const JobSpec& job, double growth, int parts) : lattice_(job) {
     // Along z, Fresnel's number is smooth, and each of its slices costs a table.
     const double growths[] = {growth, growth, 8};
     for (std::size_t a = 0; a < 3; ++a) {
         if (a >= job.axes.size()) {
-            lines_[a] = {{0}, {true}, {0}, {0}, {0}, {1}, 1};
+            lines_[a] = {{0}, {true}, {0}, {0}, {0}, {1}, 1, {{0, 0}}, {{0, 0}}};
             continue;
         }
-        lines_[a] = line(job.axes[a], job.resolution[a], growths[a]);
+        lines_[a] = line(job.axes[a], job.resolution[a], growths[a], parts);
         lattice_.axes[a].at = lines_[a].at;
         lattice_.axes[a].of = job.resolution[a];
         lattice_.resolution[a] = static_cast<std::int64_t>(lines_[a].at.size());
+    }
+}
+
+void Lattice::find_neighbours(Line& line) {
+    const auto place = [&](double at) -> std::optional<std::size_t> {
+        const auto found = std::lower_bound(line.at.begin(), line.at.end(), at);
+        if (found == line.at.end() || *found != at) return {};
+        const auto index = static_cast<std::size_t>(found - line.at.begin());
+        return line.looked_up[index] ? std::optional(index) : std::nullopt;
+    };
+    for (std::size_t i = 0; i < line.at.size(); ++i) {
+        auto &inner = line.inner.emplace_back(std::array{i, i}), &outer = line.outer.emplace_back();
+        outer = inner;
+        if (!(line.share[i] > 0) || i == 0 || i + 1 == line.at.size()) continue;
+        if (line.looked_up[i - 1] && line.looked_up[i + 1]) inner = {i - 1, i + 1};
+        // The next place with the same share, which is a multiple of a power of two.
+        std::optional<std::size_t> before, after;
+        for (std::size_t j = i; j-- > 0 && !before;)
+            if (line.share[j] == line.share[i]) before = place(line.at[j]);
+        for (std::size_t j = i + 1; j < line.at.size() && !after; ++j)
+            if (line.share[j] == line.share[i]) after = place(line.at[j]);
+        const bool skipped = before && after && line.at[*after] - line.at[*before] > 2;
+        if (skipped) outer = {*before, *after};
     }
 }
 
@@ -154,12 +190,14 @@ void Lattice::each_texel(const std::function<void(std::size_t, std::size_t, doub
             }
 }
 
-double Lattice::reconstruction_max(const std::vector<float>& exact) const {
+Lattice Lattice::dense(const JobSpec& job) { return Lattice(job, 1.05, 4); }
+
+std::vector<double> Lattice::differences(const std::vector<float>& exact) const {
     const auto& [x, y, z] = lines_;
     const auto mix = [](double low, double high, double share) {
         return low + (high - low) * share;
     };
-    double most = 0;
+    std::vector<double> found(place_count());
     for (std::size_t k = 0; k < z.at.size(); ++k)
         for (std::size_t j = 0; j < y.at.size(); ++j)
             for (std::size_t i = 0; i < x.at.size(); ++i) {
@@ -171,8 +209,49 @@ double Lattice::reconstruction_max(const std::vector<float>& exact) const {
                 const auto along_y = [&](std::size_t slice) {
                     return mix(along_x(y.low[j], slice), along_x(y.high[j], slice), y.share[j]);
                 };
-                const double found = mix(along_y(z.low[k]), along_y(z.high[k]), z.share[k]);
-                most = std::max(most, std::abs(found - exact[index({i, j, k})]));
+                const std::size_t at = index({i, j, k});
+                found[at] = mix(along_y(z.low[k]), along_y(z.high[k]), z.share[k]) - exact[at];
+            }
+    return found;
+}
+
+double Lattice::reconstruction_max(const std::vector<float>& exact) const {
+    double most = 0;
+    for (const double difference : differences(exact)) most = std::max(most, std::abs(difference));
+    return most;
+}
+
+double Lattice::rise(const std::vector<double>& off, const std::array<std::size_t, 3>& at,
+                     std::size_t axis) const {
+    const Line& line = lines_[axis];
+    const double here = off[index(at)];
+    double most = 0;
+    for (const auto* neighbours : {&line.inner, &line.outer}) {
+        auto before = at, after = at;
+        before[axis] = (*neighbours)[at[axis]][0];
+        after[axis] = (*neighbours)[at[axis]][1];
+        if (before[axis] == after[axis]) continue;
+        const double down = line.at[at[axis]] - line.at[before[axis]],
+                     up = line.at[after[axis]] - line.at[at[axis]];
+        const double low = off[index(before)], high = off[index(after)];
+        if (std::abs(here) < std::max(std::abs(low), std::abs(high))) continue;
+        // Where the steps are equal, the second difference.
+        const double second = 2 * (up * (low - here) + down * (high - here)) / (up + down);
+        most += std::abs(second) / 16;
+    }
+    return most;
+}
+
+double Lattice::reconstruction_bound(const std::vector<float>& exact) const {
+    const std::vector<double> off = differences(exact);
+    double most = 0;
+    std::array<std::size_t, 3> at{};
+    for (at[2] = 0; at[2] < lines_[2].at.size(); ++at[2])
+        for (at[1] = 0; at[1] < lines_[1].at.size(); ++at[1])
+            for (at[0] = 0; at[0] < lines_[0].at.size(); ++at[0]) {
+                double value = std::abs(off[index(at)]);
+                for (std::size_t axis = 0; axis < 3; ++axis) value += rise(off, at, axis);
+                most = std::max(most, value);
             }
     return most;
 }

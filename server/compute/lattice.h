@@ -14,9 +14,12 @@ namespace kiln {
 /// neighbour. All texels of short axes.
 class Lattice {
   public:
-    /// `growth`: of the distance from one texel taken to the next, along x and y.
-    explicit Lattice(const JobSpec& job, double growth = kFine);
-    static constexpr double kFine = 1.5, kCoarse = 2;
+    /// `growth`: of the distance from one texel taken to the next, along x and y. Lookup is judged
+    /// at the `parts` - 1 places that divide the way from a texel to its neighbour.
+    explicit Lattice(const JobSpec& job, double growth = kFine, int parts = 2);
+    static constexpr double kFine = 1.25, kCoarse = 2;
+    /// As advice takes it, for reconstruction_bound().
+    static Lattice dense(const JobSpec& job);
 
     /// The job whose table holds the lattice's places.
     const JobSpec& job() const { return lattice_; }
@@ -31,8 +34,16 @@ class Lattice {
     /// the edge's texel beyond the first and last centre. Over the lattice's places in between with
     /// NoV and alpha >= 1e-4, and at the rims.
     double reconstruction_max(const std::vector<float>& exact) const;
+    /// That, and by how much parabolas through three places along an axis rise above the middle one
+    /// where that is the largest of them, a sixteenth of their second difference at most: three in
+    /// a row between two texels, and the same places of cells on either side of ones left out.
+    double reconstruction_bound(const std::vector<float>& exact) const;
 
   private:
+    /// Differences of lookups from `exact` at all places, 0 at those that are not judged.
+    std::vector<double> differences(const std::vector<float>& exact) const;
+    double rise(const std::vector<double>& off, const std::array<std::size_t, 3>& at,
+                std::size_t axis) const;
     struct Line {
         std::vector<double> at;              // positions in texels, rising
         std::vector<bool> looked_up;         // is a place of lookup
@@ -40,8 +51,12 @@ class Lattice {
         std::vector<double> share;           // of the higher one
         std::vector<double> weight;          // texels that it stands for; 0 between texels
         std::int64_t count = 0;              // of the job's axis
+        /// Neighbours of a place: between the same two texels, and in the cells next to its own
+        /// where some were left out. Itself where there is none.
+        std::vector<std::array<std::size_t, 2>> inner, outer;
     };
-    static Line line(const Axis& axis, std::int64_t count, double growth);
+    static void find_neighbours(Line& line);
+    static Line line(const Axis& axis, std::int64_t count, double growth, int parts);
     std::size_t index(const std::array<std::size_t, 3>& at) const;
 
     JobSpec lattice_;

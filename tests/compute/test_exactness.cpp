@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 #include <string>
 
 #include "server/base/error.h"
@@ -134,47 +133,64 @@ double lookup(const std::vector<float>& plane, const JobSpec& job, double u, dou
 }
 
 double coordinate(const Axis& axis, double value) {
-    if (axis.mapping == Mapping::linear) return value;
-    return axis.mapping == Mapping::sqrt ? std::sqrt(value) : value * value;
+    const auto mapped = [&](double v) {
+        if (axis.mapping == Mapping::linear) return v;
+        return axis.mapping == Mapping::sqrt ? std::sqrt(v) : v * v;
+    };
+    const double low = mapped(axis.lo);
+    const double at = (mapped(value) - low) / (mapped(axis.hi) - low);
+    return axis.flip ? 1 - at : at;
 }
 
-/// Largest error of lookup over random places, half of them crowded towards NoV and roughness 0.
-double worst_lookup(const std::vector<float>& plane, const JobSpec& job) {
-    std::mt19937_64 random(5);
-    std::uniform_real_distribution<double> uniform(0, 1);
+/// Largest error of lookups of E at places that have nothing to do with texels: crowded towards NoV
+/// and roughness 0, and towards NoV = alpha, where E dips. Quadrature's E is within 1e-9 of
+/// tests/reference (test_quadrature).
+double worst_lookup(const std::vector<float>& plane, const JobSpec& job, int places = 12000) {
     double worst = 0;
-    for (int i = 0; i < 4000; ++i) {
-        double NoV = uniform(random), roughness = uniform(random);
-        if (i % 2 == 0) {
-            NoV = std::pow(10, -4 * NoV);
-            roughness = std::pow(10, -2 * roughness);
-        }
-        if (NoV < 1e-4 || roughness < 1e-2) continue;
+    const auto look = [&](double NoV, double roughness) {
+        const auto outside = [](const Axis& axis, double value) {
+            return value < axis.lo || value > axis.hi;
+        };
+        if (NoV < 1e-4 || NoV > 1 || roughness < 1e-2 || outside(job.axes[0], NoV) ||
+            outside(job.axes[1], roughness))
+            return;
         const double E = quadrature_directional_albedo(NoV, roughness * roughness, job.masking);
         const double found =
             lookup(plane, job, coordinate(job.axes[0], NoV), coordinate(job.axes[1], roughness));
         worst = std::max(worst, std::abs(found - E));
+    };
+    for (int i = 0; i < places; ++i) {  // Roberts' additive recurrence in two dimensions
+        const double u = std::fmod(0.5 + 0.7548776662466927 * i, 1);
+        const double v = std::fmod(0.5 + 0.5698402909980532 * i, 1);
+        const double roughness = i % 2 == 0 ? std::pow(10, -2 * v) : v;
+        if (i % 3 == 0) look(u, roughness);
+        if (i % 3 == 1) look(std::pow(10, -4 * u), roughness);
+        if (i % 3 == 2) look(roughness * roughness * std::pow(10, 2 * u - 1), roughness);
     }
     return worst;
 }
 
+JobSpec table_of_E(const std::string& grid, const std::string& x, const std::string& y, int size) {
+    const std::string side = std::to_string(size);
+    const std::string axis = R"(","grid":")" + grid + R"(","mapping":")";
+    return parse_job(R"({"quantities":["directional_albedo"],"integrator":"quadrature",)"
+                     R"("device":"native","resolution":[)" +
+                     side + "," + side + R"(],"layout":{"x":{"parameter":"NoV)" + axis + x +
+                     R"("},"y":{"parameter":"roughness)" + axis + y + "\"}}}");
+}
+
 TEST(Reconstruction, IsWithinAFactorOfTwoOfTheTrueMaximum) {
-    for (const char* mapping : {"linear", "sqrt"})
-        for (const char* grid : {"center", "node"})
-            for (const int size : {24, 64, 128}) {
-                const std::string job =
-                    R"({"quantities":["directional_albedo"],"integrator":"quadrature",)"
-                    R"("device":"native","resolution":[)" +
-                    std::to_string(size) + "," + std::to_string(size) +
-                    R"(],"layout":{"x":{"parameter":"NoV","grid":")" + grid + R"(","mapping":")" +
-                    mapping + R"("},"y":{"parameter":"roughness","grid":")" + grid + "\"}}}";
-                const JobSpec spec = parse_job(job);
-                const Outcome outcome = Engine({}).run(spec, Control{});
-                const double truth = worst_lookup(outcome.table.planes[0], spec);
-                const double told = outcome.report.error[0].reconstruction_max.value();
-                EXPECT_LE(told, 2 * truth) << job;
-                EXPECT_GE(told, truth / 2) << job;
-            }
+    for (const char* x : {"linear", "sqrt"})
+        for (const char* y : {"linear", "sqrt"})
+            for (const char* grid : {"center", "node"})
+                for (const int size : {24, 256}) {
+                    const JobSpec spec = table_of_E(grid, x, y, size);
+                    const Outcome outcome = Engine({}).run(spec, Control{});
+                    const double truth = worst_lookup(outcome.table.planes[0], spec);
+                    const double told = outcome.report.error[0].reconstruction_max.value();
+                    EXPECT_LE(told, 2 * truth) << canonical(spec);
+                    EXPECT_GE(told, truth / 2) << canonical(spec);
+                }
 }
 
 TEST(Reconstruction, IsKnownInEveryProgramsLayout) {
@@ -207,38 +223,62 @@ float as_half(float value) {
         std::ldexp(std::nearbyint(std::ldexp(value, 11 - exponent)), exponent - 11));
 }
 
+struct Wish {
+    const char* job;
+    double bound;
+};
+
+/// What was named is baked, rounded as its pixels are, and looked up.
+double taken(const JobSpec& named) {
+    Outcome outcome = Engine({}).run(named, Control{});
+    for (float& value : outcome.table.planes[0]) {
+        if (named.pixel == PixelType::half) value = as_half(value);
+        if (named.pixel == PixelType::uint16) value = std::nearbyint(value * 65535) / 65535;
+    }
+    return worst_lookup(outcome.table.planes[0], named);
+}
+
+// Bounds on E of both maskings, axes free and a program's own, half and 16 bits: the table stays
+// within its bound between texels too, at 12000 places each, and is no better than it must be: the
+// next smaller size of the same axes is beyond the bound.
 TEST(Advice, HoldsWhenItIsTaken) {
     ThreadPool pool(0);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());
-    const JobSpec job =
-        parse_job(R"({"quantities":["directional_albedo"],"resolution":[256,256]})");
-    constexpr double kBound = 4e-3;
-    const auto candidates = advise(job, kBound, *native, pool, Control{});
-    ASSERT_FALSE(candidates.empty());
-    const Candidate& best = candidates[0];
-    for (const Candidate& candidate : candidates) {
-        EXPECT_LE(candidate.total(), kBound);
-        EXPECT_GE(candidate.bytes, best.bytes);
+    const Wish wishes[] = {
+        {R"("resolution":[256,256])", 4e-2},
+        {R"("resolution":[256,256])", 1e-2},
+        {R"("resolution":[256,256])", 4e-3},
+        {R"("resolution":[64,64],"output":{"format":"png","pixel":"uint16"})", 2e-2},
+        {R"("resolution":[64,64],"microfacet":{"masking":"smith_separable"})", 2e-2},
+        {R"("resolution":[64,64],"layout":"unity")", 4e-2},
+        {R"("resolution":[32,32],"layout":{"x":{"parameter":"NoV","range":[0.1,1]},)"
+         R"("y":{"parameter":"roughness","range":[0.3,1]}})",
+         1e-3}};
+    for (const Wish& wish : wishes) {
+        const JobSpec job =
+            parse_job(R"({"quantities":["directional_albedo"],)" + std::string(wish.job) + "}");
+        const auto candidates = advise(job, wish.bound, *native, pool, Control{});
+        ASSERT_FALSE(candidates.empty()) << wish.job;
+        const Candidate& best = candidates[0];
+        for (const Candidate& candidate : candidates) {
+            EXPECT_LE(candidate.total(), wish.bound);
+            EXPECT_GE(candidate.bytes, best.bytes);
+        }
+        const JobSpec named = parse_job(canonical(best.job));
+        const double truth = taken(named);
+        std::printf("%s, %g: %lld texels a side, told %.3g, true %.3g\n", wish.job, wish.bound,
+                    static_cast<long long>(named.resolution[0]), best.total(), truth);
+        EXPECT_LE(truth, wish.bound) << wish.job;
+        EXPECT_LE(truth, best.total()) << wish.job;
+        // 1.03, parabolas, and what 12000 places miss of the largest error: seen to .79.
+        EXPECT_GE(truth, 0.75 * best.reconstruction) << wish.job;
+        const auto* at =
+            std::find(std::begin(kAdvisedSizes), std::end(kAdvisedSizes), named.resolution[0]);
+        if (at == std::begin(kAdvisedSizes)) continue;
+        JobSpec smaller = named;
+        smaller.resolution[0] = smaller.resolution[1] = at[-1];
+        EXPECT_GT(taken(smaller) + best.quantisation, 0.9 * wish.bound) << wish.job;
     }
-    // What it names is baked, rounded and looked up.
-    const JobSpec named = parse_job(canonical(best.job));
-    Outcome outcome = Engine({}).run(named, Control{});
-    for (float& value : outcome.table.planes[0]) value = as_half(value);
-    const double truth = worst_lookup(outcome.table.planes[0], named);
-    // Lookups are judged halfway between texels, where the error is largest but not everywhere.
-    EXPECT_LE(truth, 1.5 * kBound);
-    EXPECT_GE(truth, kBound / 10);  // a table that much better would be too large
-    EXPECT_NEAR(outcome.report.error[0].reconstruction_max.value(), best.reconstruction,
-                0.02 * best.reconstruction);
-    // The next smaller one of the same axes is not within the bound.
-    JobSpec smaller = named;
-    for (std::int64_t& n : smaller.resolution) {
-        const auto* at = std::find(std::begin(kAdvisedSizes), std::end(kAdvisedSizes), n);
-        ASSERT_GT(at, std::begin(kAdvisedSizes));
-        n = at[-1];
-    }
-    const Outcome less = Engine({}).run(smaller, Control{});
-    EXPECT_GT(less.report.error[0].reconstruction_max.value() + best.quantisation + 1e-6, kBound);
 }
 
 TEST(Advice, LeavesAProgramsAxesAndSaysWhereNothingHelps) {
