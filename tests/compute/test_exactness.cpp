@@ -270,7 +270,7 @@ TEST(Advice, HoldsWhenItIsTaken) {
                     static_cast<long long>(named.resolution[0]), best.total(), truth);
         EXPECT_LE(truth, wish.bound) << wish.job;
         EXPECT_LE(truth, best.total()) << wish.job;
-        // 1.03, parabolas, and what 12000 places miss of the largest error: seen to .79.
+        // 1.05, parabolas, and what 12000 places miss of the largest error: seen to .79.
         EXPECT_GE(truth, 0.75 * best.reconstruction) << wish.job;
         const auto* at =
             std::find(std::begin(kAdvisedSizes), std::end(kAdvisedSizes), named.resolution[0]);
