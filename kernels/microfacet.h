@@ -41,12 +41,10 @@ KILN_FUNCTION real charlie_D(real alpha, real NoH, real sin2_H) {
     if (distribution == KILN_DISTRIBUTION_##number) D = word##_D(alpha, NoH, sin2_H);
 
 // At α = 0 it is no function: infinite, so that sampling it fails instead of missing it in silence.
-// Charlie's has gone to the horizon then, where no pair of directions above has its half vector.
 KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
     real D = lanes(K(0.0));
     KILN_DISTRIBUTION_ROWS(KILN_DISTRIBUTION_ROW)
-    const real mirror = distribution == KILN_DISTRIBUTION_CHARLIE ? lanes(K(0.0)) : K(1.0) / alpha;
-    return lane_select(alpha > K(0.0), D, mirror);
+    return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
 }
 
 // Of Beckmann, NoX Λ over α sinX / (2√π): Heitz 2014, eq. 68, with a = NoX / (α sinX) and Λ as

@@ -136,10 +136,9 @@ KILN_FUNCTION real lobe_lost(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
     return K(0.25) * (sum * eye.po) / view;
 }
 
-// The mirror, α = 0: G2 at the mirror direction. Charlie has none: nothing is left above the
-// horizon.
-KILN_FUNCTION real mirror_albedo(const Lobe what, Scattering s) {
-    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) return lanes(K(0.0));
+// The mirror, α = 0: G2 at the mirror direction. Charlie has none, and says so by infinity.
+KILN_FUNCTION real mirror_albedo(const Lobe what, real alpha, Scattering s) {
+    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) return K(1.0) / alpha;
     if (what.masking <= KILN_MASKING_SMITH_SEPARABLE) return lanes(K(1.0));
     s.NoV = lane_max(s.NoV, lanes(K(1e-9)));
     s.NoL = s.NoV;
@@ -183,7 +182,7 @@ KILN_FUNCTION Albedo quadrature_lobe(const Lobe what, KILN_GLOBAL const scalar* 
         all.deficit += sum.deficit;
     }
     const scalar turn = K(2.0) * KILN_PI;
-    const real mirror = mirror_albedo(what, s);
+    const real mirror = mirror_albedo(what, alpha, s);
     Albedo result;
     if (what.masking <= KILN_MASKING_SMITH_SEPARABLE) {
         all.deficit += lobe_lost(what, p, eye, s, nodes, order, azimuths);

@@ -38,9 +38,9 @@ bool takes_log_tangents(const Pass& pass, std::size_t place) {
 /// more; elsewhere, and of 64 points, it is not worth the price.
 constexpr std::int64_t kVisibleLightsSamplesLeast = 4096;
 constexpr double kVisibleLightsAlphaMost = 0.35;
-/// Squares of the horizon's quadratic leave the range of a float below; 1 − E is 1e-16 / NoV²
-/// there.
-constexpr double kVisibleLightsAlphaLeast = 1e-8;
+/// Where fewer are expected below the horizon in all samples, visible normals err by less than the
+/// densities of visible lights do.
+constexpr double kVisibleLightsEventsLeast = 0.5;
 
 bool knows_visible_lights(const KernelMaterial& what, std::int64_t sample_count) {
     constexpr int known = 1 << kWeight | 1 << kSchlick | 7 << kColour;
@@ -51,10 +51,11 @@ bool knows_visible_lights(const KernelMaterial& what, std::int64_t sample_count)
            static_cast<Importance>(what.importance) == Importance::vndf;
 }
 
-bool takes_visible_lights(const Pass& pass, std::size_t place) {
-    const double alpha = pass.places.alpha(place);
-    return alpha >= kVisibleLightsAlphaLeast && alpha < kVisibleLightsAlphaMost &&
-           pass.places.NoV(place) >= alpha / 2;
+bool takes_visible_lights(const Pass& pass, std::size_t place, std::int64_t sample_count) {
+    const double alpha = pass.places.alpha(place), NoV = pass.places.NoV(place);
+    return alpha < kVisibleLightsAlphaMost && NoV >= alpha / 2 &&
+           expected_deficit(pass.what.material, NoV, alpha) * static_cast<double>(sample_count) >=
+               kVisibleLightsEventsLeast;
 }
 
 Draw visible_lights(Specialisation what) {
@@ -94,9 +95,9 @@ std::vector<Region> regions_of(const Pass& pass, std::int64_t sample_count, Thre
         });
     }
     for (std::size_t place = 0; place < count; ++place)
-        (is_rare[place]                                ? rare
-         : lights && takes_visible_lights(pass, place) ? low
-                                                       : usual)
+        (is_rare[place]                                              ? rare
+         : lights && takes_visible_lights(pass, place, sample_count) ? low
+                                                                     : usual)
             .places.push_back(static_cast<std::uint32_t>(place));
     std::vector<Region> regions;
     if (!rare.places.empty()) {
@@ -121,7 +122,7 @@ std::vector<Specialisation> kernels_of(const Pass& pass, std::int64_t sample_cou
     std::vector<Specialisation> kernels{pass.what};
     if (knows_visible_lights(pass.what.material, sample_count))
         for (std::size_t place = 0; place < pass.places.count(); ++place)
-            if (takes_visible_lights(pass, place)) {
+            if (takes_visible_lights(pass, place, sample_count)) {
                 kernels.push_back(visible_lights(pass.what).what);
                 break;
             }
