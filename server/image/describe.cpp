@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string>
 
 #include "server/base/version.h"
 #include "server/image/describe_measured.h"
+#include "server/image/describing.h"
 #include "server/image/image.h"
 #include "server/image/model_words.h"
 #include "server/spec/channels.h"
@@ -17,30 +16,15 @@
 namespace kiln {
 namespace {
 
+using describing::any, describing::is_split_sum, describing::number, describing::text;
+
 constexpr const char* kAlphaMapping = "alpha = roughness^2";
 constexpr const char* kColor = "linear data, no transfer function";
-
-// Shortest text that reads back as the same double.
-std::string number(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return {text, end};
-}
-
-std::string text(std::string_view word) { return std::string(word); }
 
 std::string joined(const std::vector<std::string>& parts, const char* separator) {
     std::string out;
     for (const auto& part : parts) out += (out.empty() ? "" : separator) + part;
     return out;
-}
-
-bool is_split_sum(Quantity q) {
-    return q == Quantity::split_sum_scale || q == Quantity::split_sum_bias;
-}
-
-bool any(const JobSpec& job, bool (*of)(Quantity)) {
-    return std::any_of(job.quantities.begin(), job.quantities.end(), of);
 }
 
 const char* meaning(Quantity quantity) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/image/describe_measured.h"
 
-#include <charconv>
-
 #include "server/base/version.h"
+#include "server/image/describing.h"
 #include "server/spec/pixel_words.h"
 #include "server/spec/slice_grid.h"
 #include "server/spec/spec.h"
@@ -11,6 +10,8 @@
 
 namespace kiln {
 namespace {
+
+using describing::number;
 
 /// One line a fact, of each kind that is a table.
 std::vector<std::string> channel_lines(Kind kind) {
@@ -23,12 +24,6 @@ std::vector<std::string> channel_lines(Kind kind) {
                 "B: probability of the cell"};
     return {"R, G, B: f_r in 1/sr, linear sRGB, no cosine",
             "origin: 0 measured, 1 interpolated, 2 extrapolated, 3 below the horizon"};
-}
-
-std::string number(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return {text, end};
 }
 
 std::vector<std::string> axis_lines(const JobSpec& job) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/image/model_words.h"
 
-#include <algorithm>
-#include <charconv>
 #include <span>
 
+#include "server/image/describing.h"
 #include "server/spec/channels.h"
 #include "server/spec/metals.h"
 #include "server/spec/words.h"
@@ -12,22 +11,7 @@
 namespace kiln {
 namespace {
 
-// Shortest text that reads back as the same double.
-std::string number(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return {text, end};
-}
-
-std::string text(std::string_view word) { return std::string(word); }
-
-bool is_split_sum(Quantity q) {
-    return q == Quantity::split_sum_scale || q == Quantity::split_sum_bias;
-}
-
-bool any(const JobSpec& job, bool (*of)(Quantity)) {
-    return std::any_of(job.quantities.begin(), job.quantities.end(), of);
-}
+using describing::any, describing::is_split_sum, describing::number, describing::text;
 
 std::string numbers(std::span<const double> values) {
     std::string words;
