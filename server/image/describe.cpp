@@ -109,8 +109,16 @@ std::string bounds(const Axis& axis) {
     return words;
 }
 
+std::string listed_slices(const Axis& axis) {
+    std::string line = "z: " + text(to_word(axis.parameter)) + ", slice by slice";
+    for (std::size_t i = 0; i < axis.values.size(); ++i)
+        line += (i ? ", " : ": ") + number(axis.values[i]);
+    return line + "; slices stand one below the other";
+}
+
 std::string axis_line(const JobSpec& job, std::size_t index) {
     const Axis& axis = job.axes[index];
+    if (!axis.values.empty()) return listed_slices(axis);
     const std::string n = std::to_string(job.resolution[index]);
     const std::string letter(1, "xyz"[index]);
     const char* coordinate = index == 0 ? "u" : "v";
@@ -159,7 +167,9 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
     if (is_measured(job.kind)) return describe_measured(job, provenance);
     std::vector<std::string> quantities;
     for (const Quantity q : job.quantities) quantities.push_back(text(to_word(q)));
-    const auto grid = [](const Axis& axis) { return text(to_word(axis.grid)); };
+    const auto grid = [](const Axis& axis) {
+        return axis.values.empty() ? text(to_word(axis.grid)) : std::string("listed");
+    };
 
     Metadata out = {
         {"kiln.job", canonical(job)},

@@ -26,6 +26,7 @@ double value_at(const Axis& axis, double t) {
 }  // namespace
 
 double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
+    if (!axis.values.empty()) return axis.values[static_cast<std::size_t>(index)];
     if (!axis.at.empty())
         return axis_value_between(axis, axis.at[static_cast<std::size_t>(index)], axis.of);
     return axis_value_between(axis, static_cast<double>(index), count);

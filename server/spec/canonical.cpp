@@ -27,6 +27,8 @@ const Json& defaults() {
 }
 
 Json to_json(const Axis& axis) {
+    if (!axis.values.empty())
+        return {{"parameter", to_word(axis.parameter)}, {"values", axis.values}};
     return {{"parameter", to_word(axis.parameter)},
             {"mapping", to_word(axis.mapping)},
             {"grid", to_word(axis.grid)},

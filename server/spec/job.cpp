@@ -100,6 +100,16 @@ class Reader {
     static Axis axis(const Json& entry) {
         const Json& range = entry.at("range");
         // Adding 0 turns −0 into 0, so that both are the same job.
+        if (entry.contains("values")) {
+            Axis listed{.parameter = word<Parameter>(entry.at("parameter"))};
+            for (const Json& value : entry.at("values"))
+                listed.values.push_back(value.get<double>() + 0.0);
+            const auto [least, most] =
+                std::minmax_element(listed.values.begin(), listed.values.end());
+            listed.lo = *least;
+            listed.hi = *most;
+            return listed;
+        }
         return {.parameter = word<Parameter>(entry.at("parameter")),
                 .mapping = word<Mapping>(entry.at("mapping")),
                 .grid = word<Grid>(entry.at("grid")),
@@ -159,14 +169,17 @@ class Reader {
             const Axis& axis = job_.axes[i];
             const std::string place = std::string("/layout/") + "xyz"[i];
             const bool is_ior = axis.parameter == Parameter::ior;
-            if (!(axis.lo < axis.hi))
+            if (!axis.values.empty())
+                check_values(axis, place, i);
+            else if (!(axis.lo < axis.hi))
                 problems_.add(place + "/range",
                               "must rise: its first entry has to be less than its second");
             if (!is_ior && axis.hi > 1)
-                problems_.add(place + "/range/1", "is above 1; allowed: 0…1 for " +
-                                                      std::string(to_word(axis.parameter)));
+                problems_.add(
+                    place + end_of(axis, axis.hi),
+                    "is above 1; allowed: 0…1 for " + std::string(to_word(axis.parameter)));
             if (i == 2 && is_ior && axis.lo < 0.0001)
-                problems_.add(place + "/range/0", "is below 0.0001, the least ior");
+                problems_.add(place + end_of(axis, axis.lo), "is below 0.0001, the least ior");
             if (i < 2 && (is_ior || axis.parameter == Parameter::f0))
                 problems_.add(place + "/parameter",
                               in_quotes(to_word(axis.parameter)) + " lies along z alone");
@@ -179,6 +192,29 @@ class Reader {
                       same ? "is the parameter of x too; the axes must carry different ones"
                            : "roughness and alpha are one degree of freedom (alpha = roughness²); "
                              "only one of them can be an axis");
+    }
+
+    /// Where a document says `value`, the least or the most of an axis.
+    static std::string end_of(const Axis& axis, double value) {
+        if (axis.values.empty()) return value == axis.lo ? "/range/0" : "/range/1";
+        const auto found = std::find(axis.values.begin(), axis.values.end(), value);
+        return "/values/" + std::to_string(found - axis.values.begin());
+    }
+
+    void check_values(const Axis& axis, const std::string& place, std::size_t index) {
+        const Json::json_pointer given(place);
+        for (const char* field : {"mapping", "grid", "flip", "range"})
+            if (given_.at(given).contains(field))
+                problems_.add(place + "/" + field, "says again where slices lie; values do");
+        if (index < 2)
+            return problems_.add(place + "/values",
+                                 "is a list of slices, of z alone; a shader "
+                                 "needs mapping and range of this axis");
+        const auto count = job_.resolution.size() == 3 ? job_.resolution[2] : 0;
+        const auto listed = static_cast<std::int64_t>(axis.values.size());
+        if (count > 0 && listed != count)
+            problems_.add(place + "/values", "has " + std::to_string(listed) + " entries for " +
+                                                 std::to_string(count) + " slices of resolution");
     }
 
     /// z carries a number of the Fresnel model.

@@ -24,6 +24,9 @@ struct Axis {
     bool flip = false;
     double lo = 0;  ///< parameter value at the start of the axis, in [0, 1]
     double hi = 1;  ///< parameter value at its end, > lo, in [0, 1]
+    /// Of z: the parameter of each slice where they are listed; lo and hi are then their bounds and
+    /// mapping, grid and flip say nothing.
+    std::vector<double> values{};
     // Presets alone have these (layouts.h); no document spells them.
     double shift = 0;  ///< texels by which t lies above where grid and flip put it
     double least = 0;  ///< smaller parameter values are raised to this

@@ -269,5 +269,20 @@ TEST(Plan, SlicesAlongIorAreTheTablesOfTwoDimensions) {
     expect_slices(solid, flats);
 }
 
+// Blender's generalised Schlick: f0 = min(t⁴, .99) at its nodes, which no mapping spells.
+TEST(Plan, ListedSlicesAreTheTablesOfTwoDimensions) {
+    const JobSpec flat = few({Quantity::specular_albedo, Quantity::fresnel_average});
+    JobSpec solid = flat;
+    solid.resolution.push_back(4);
+    solid.axes.push_back(against_reference::axis(Parameter::f0));
+    std::vector<JobSpec> flats(4, flat);
+    for (std::size_t z = 0; z < 4; ++z) {
+        const double t = static_cast<double>(z) / 3;
+        solid.axes[2].values.push_back(std::min(t * t * t * t, 0.99));
+        flats[z].fresnel.f0 = {solid.axes[2].values[z]};
+    }
+    expect_slices(solid, flats);
+}
+
 }  // namespace
 }  // namespace kiln

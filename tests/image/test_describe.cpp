@@ -166,6 +166,10 @@ TEST(Convention, ModelsInWords) {
     EXPECT_TRUE(says(depth, "f0 along z, f90 1"));
     EXPECT_TRUE(says(depth, "1 + F(1) (1 - E) / E"));
     EXPECT_TRUE(says(canonical(job_of(depth)), "f0 along z"));
+    EXPECT_TRUE(says(R"({"quantities":["specular_albedo"],"resolution":[2,2,3],"layout":
+        {"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},
+         "z":{"parameter":"f0","values":[0,0.0625,1]}}})",
+                     "z: f0, slice by slice: 0, 0.0625, 1;"));
     const std::string copper = R"({"quantities":["specular_albedo"],"fresnel":
         {"model":"conductor","metal":"copper"}})";
     EXPECT_TRUE(says(copper, "eta 0.267 1.04698 1.29918"));

@@ -33,6 +33,9 @@ inline const std::vector<std::string> kValidJobs = {
     R"({"quantities":["specular_albedo"],"resolution":[2,2,3],"fresnel":{"model":"dielectric"},)"
     R"("layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},)"
     R"("z":{"parameter":"ior","range":[0.5,2]}}})",
+    R"({"quantities":["specular_albedo"],"resolution":[2,2,4],"fresnel":{"model":"dielectric"},)"
+    R"("layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},)"
+    R"("z":{"parameter":"ior","values":[0.4,1,1,2.5]}}})",
     R"({"quantities":["compensated_albedo"],"resolution":[2,2,3],"multiscatter":"turquin",)"
     R"("fresnel":{"model":"f82_tint","f82":0.5},"layout":{"x":{"parameter":"NoV"},)"
     R"("y":{"parameter":"roughness"},"z":{"parameter":"f0"}}})",
