@@ -1,5 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The masking of Estevez and Kulla 2017, a fit to Smith's integral over the distribution Charlie.
+// Estevez and Kulla 2017: the distribution Charlie, and a fit to Smith's integral over it.
+
+// Eq. 2: (2 + 1/α) sin^(1/α) / 2π. Near the horizon from the cosine, since a
+// sine next to 1 has lost what the power reads.
+KILN_FUNCTION real charlie_D(real alpha, real NoH, real sin2_H) {
+    const real inverse = K(1.0) / lane_max(alpha, lanes(K(1e-30))), half_power = K(0.5) * inverse;
+    const real c2 = lane_min(NoH * NoH, lanes(K(1.0)));
+    const real power = lane_select(sin2_H > K(0.5), lane_pow_one_minus(c2, half_power),
+                                   lane_pow(sin2_H, half_power));
+    return (K(2.0) + inverse) * power / (K(2.0) * KILN_PI);
+}
 
 // No word of its own: charlie with terminator_softening.
 #define KILN_MASKING_CHARLIE_SOFTENED KILN_MASKING_COUNT

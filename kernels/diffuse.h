@@ -171,7 +171,7 @@ KILN_FUNCTION real diffuse_chan2018(Directions d, real roughness, scalar albedo)
     const real slope = lane_max(K(73.2) * g - K(21.2), lanes(K(8.9)));
     const real back =
         ((K(34.5) * g - K(59.0)) * g + K(24.5)) * d.VoH * lane_exp2(-slope * lane_sqrt(d.NoH));
-    return albedo * lane_min(front + back, lanes(K(3.1415926535897931)));
+    return albedo * lane_min(front + back, lanes(KILN_PI));
 }
 
 // Chan 2024, as Unreal Engine 5.7 has it: Lambert at roughness 0.

@@ -94,6 +94,7 @@ KILN_FUNCTION real lane_gather(const scalar* table, real index) {
 #else
 #define K(literal) literal##f
 #endif
+#define KILN_PI K(3.14159265358979324)
 
 // 1/√x and √x on the multipliers, which are idle while the divider serves a √ or ÷ beside them; on
 // every device the same bits. y = the guess that halves the exponent is up to 6 % off (Lomont

@@ -77,7 +77,7 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     Scattering s;
     if (what.importance >= KILN_IMPORTANCE_COSINE) {
         s = scatter_hemisphere(what.importance, view.vz * view.S, point[0], point[1], point[2]);
-        s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoH, s.sin2_H);
+        s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoV, s.NoH, s.sin2_H);
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
         const HalfVector h = ggx_sample_vndf(view, point);
         s = scatter_half_vector(what.importance, view, h, point[1]);
@@ -93,9 +93,10 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     const real NoL = s.NoL;
     s.sinL = lane_select(NoL > none, s.sinL, none);
     s.NoL = lane_select(NoL > none, NoL, lanes(K(1.0)));
-    const real visibility = microfacet_visibility(what.distribution, what.masking, view.alpha, s);
+    const real weight =
+        microfacet_product(what.distribution, what.masking, view.alpha, s, s.factor);
     Terms terms;
-    terms.weight = lane_select(NoL > none, s.factor * visibility, none);
+    terms.weight = lane_select(NoL > none, weight, none);
     terms.fresnel = none;
     terms.deficit = K(1.0) - terms.weight;
     return terms;

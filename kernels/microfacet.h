@@ -3,8 +3,6 @@
 // plain vectors. A lobe is D(h) V(NoV, NoL) F(VoH), with the visibility V = G2 / (4 NoV NoL) in
 // forms that need no division by a cosine.
 
-#define KILN_PI K(3.14159265358979324)
-
 // A sampled light, in what lobes read of it. `factor` is NoL / pdf, with as much of D as the
 // sampler's density cancels left out.
 typedef struct {
@@ -27,23 +25,16 @@ KILN_FUNCTION real beckmann_D(real alpha, real NoH, real sin2_H) {
     return lane_select(e > K(0.0), e * inverse * (inverse / KILN_PI), lanes(K(0.0)));
 }
 
-// Estevez, Kulla 2017, eq. 2: (2 + 1/α) sin^(1/α) / 2π. Near the horizon from the cosine, since a
-// sine next to 1 has lost what the power reads.
-KILN_FUNCTION real charlie_D(real alpha, real NoH, real sin2_H) {
-    const real inverse = K(1.0) / lane_max(alpha, lanes(K(1e-30))), half_power = K(0.5) * inverse;
-    const real c2 = lane_min(NoH * NoH, lanes(K(1.0)));
-    const real power = lane_select(sin2_H > K(0.5), lane_pow_one_minus(c2, half_power),
-                                   lane_pow(sin2_H, half_power));
-    return (K(2.0) + inverse) * power / (K(2.0) * KILN_PI);
-}
-
 #define KILN_DISTRIBUTION_ROW(number, word) \
     if (distribution == KILN_DISTRIBUTION_##number) D = word##_D(alpha, NoH, sin2_H);
 
 // At α = 0 it is no function: infinite, so that sampling it fails instead of missing it in silence.
-KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoH, real sin2_H) {
+// Charlie's normals then lie along the horizon and send light up for a view along it alone.
+KILN_CALLED real microfacet_D(const int distribution, real alpha, real NoV, real NoH, real sin2_H) {
     real D = lanes(K(0.0));
     KILN_DISTRIBUTION_ROWS(KILN_DISTRIBUTION_ROW)
+    if (distribution == KILN_DISTRIBUTION_CHARLIE)
+        alpha = lane_select(NoV > K(0.0), lanes(K(1.0)), alpha);
     return lane_select(alpha > K(0.0), D, K(1.0) / alpha);
 }
 
@@ -129,6 +120,16 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
                                        Scattering s) {
     KILN_MASKING_ROWS(KILN_MASKING_ROW)
     return charlie_fit_visibility(1, alpha, s.NoV, s.NoL);
+}
+
+// D V, from a multiple of D. A D that vanishes does so faster than a masking grows towards
+// NoV = NoL = 0, but at NoV = 0, where Charlie's grows without end.
+KILN_FUNCTION real microfacet_product(const int distribution, const int masking, real alpha,
+                                      Scattering s, real D) {
+    const real V = microfacet_visibility(distribution, masking, alpha, s);
+    if (distribution != KILN_DISTRIBUTION_CHARLIE) return D * V;
+    const real gone = lane_select(s.NoV > K(0.0), D, lanes(K(1.0)));
+    return lane_select(gone == K(0.0), lanes(K(0.0)), D * V);
 }
 
 // D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with

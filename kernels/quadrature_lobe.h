@@ -64,8 +64,8 @@ KILN_CALLED Circle lobe_circle(const Lobe what, KILN_GLOBAL const scalar* p, Eye
         const real bend = root_rest * sine / lane_sqrt(lane_select(s > zero, s, one));
         const real hxy2 = lane_fma(ray.sines, s, apart2), y = lane_fma(ray.sines, s, sum2);
         const real inverse = one / lane_select(y > zero, y, one);
-        const real D =
-            microfacet_D(what.distribution, eye.alpha, lane_sqrt(hz2 * inverse), hxy2 * inverse);
+        const real D = microfacet_D(what.distribution, eye.alpha, eye.c, lane_sqrt(hz2 * inverse),
+                                    hxy2 * inverse);
         const real part =
             nodes[2 * i + 1] * (v2 * v * H) * D * lane_select(start > zero, bend, one);
         sum.one += part;
@@ -136,9 +136,10 @@ KILN_FUNCTION real lobe_lost(const Lobe what, KILN_GLOBAL const scalar* p, Eye e
     return K(0.25) * (sum * eye.po) / view;
 }
 
-// The mirror, α = 0: G2 at the mirror direction. Charlie has none, and says so by infinity.
+// The mirror, α = 0: G2 at the mirror direction. Charlie sends nothing up, as microfacet_D() says.
 KILN_FUNCTION real mirror_albedo(const Lobe what, real alpha, Scattering s) {
-    if (what.distribution == KILN_DISTRIBUTION_CHARLIE) return K(1.0) / alpha;
+    if (what.distribution == KILN_DISTRIBUTION_CHARLIE)
+        return lane_select(s.NoV > K(0.0), lanes(K(0.0)), K(1.0) / alpha);
     if (what.masking <= KILN_MASKING_SMITH_SEPARABLE) return lanes(K(1.0));
     s.NoV = lane_max(s.NoV, lanes(K(1e-9)));
     s.NoL = s.NoV;

@@ -141,7 +141,7 @@ KILN_FUNCTION Circle quadrature_circle_fresnel(const int model, KILN_GLOBAL cons
         }
     }
     // dq = −4 scale slope v⁻⁵ du; the mean is 2/π ∫ dχ over [0, π/2].
-    const real step = K(-16.0) / K(3.14159265358979323846) * (scale * slope);
+    const real step = K(-16.0) / KILN_PI * (scale * slope);
     sum.fresnel *= step;
     sum.one *= step;
     return sum;

@@ -60,7 +60,9 @@ std::vector<std::string> channel_lines(const JobSpec& job) {
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < channels.size(); ++i) {
         const std::string letter = channels.size() > 4 ? "" : std::string(1, "RGBA"[i]) + ": ";
-        lines.push_back(letter + channels[i].name + meaning(channels[i].quantity));
+        const double added = added_by_shader(job, channels[i].quantity);
+        const std::string less = added > 0 ? " - " + number(added) : "";
+        lines.push_back(letter + channels[i].name + less + meaning(channels[i].quantity));
     }
     if (job.format == ImageFormat::png && channels.size() == 2)
         lines.emplace_back("B: 0, carries no quantity (PNG has no two-channel colour)");

@@ -47,8 +47,8 @@ std::vector<LayoutPreset> make_presets() {
          .single_axis = {},
          .channel_sets = {lerped,
                           {{split_sum_bias, directional_albedo, diffuse_albedo},
-                           "with Disney's diffuse (burley), of which Unity stores the value "
-                           "minus 0.5"}}},
+                           "with Disney's diffuse (burley) minus 0.5",
+                           {0, 0, 0.5}}}},
         {.name = "filament",
          .program = "Filament (cmgen --ibl-dfg: rows one texel high)",
          .axes = {kNoV, one_texel_high(1)},
@@ -108,6 +108,18 @@ const LayoutPreset* layout_preset(std::string_view name) {
     for (const LayoutPreset& preset : layout_presets())
         if (preset.name == name) return &preset;
     return nullptr;
+}
+
+double added_by_shader(const JobSpec& job, Quantity quantity) {
+    const LayoutPreset* preset = layout_preset(job.layout);
+    if (!preset) return 0;
+    for (const ChannelSet& set : preset->channel_sets) {
+        if (set.added.empty() || set.quantities != job.quantities) continue;
+        const auto found = std::find(set.quantities.begin(), set.quantities.end(), quantity);
+        if (found != set.quantities.end())
+            return set.added[static_cast<std::size_t>(found - set.quantities.begin())];
+    }
+    return 0;
 }
 
 std::vector<std::string> layout_lines(const JobSpec& job) {

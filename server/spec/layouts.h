@@ -14,6 +14,7 @@ namespace kiln {
 struct ChannelSet {
     std::vector<Quantity> quantities;
     std::string table;  ///< the program's own word for that table, and what Kiln does not store
+    std::vector<double> added{};  ///< what its shader adds to each; empty: nothing
 };
 
 /// How one program reads its table. The name of a preset is what a job stores.
@@ -32,6 +33,10 @@ std::span<const LayoutPreset> layout_presets();
 
 /// Null for what is no preset's name ("custom").
 const LayoutPreset* layout_preset(std::string_view name);
+
+/// What the shader of the job's preset adds to a quantity: its table holds so much less. 0 where
+/// the job asks for other quantities than that program reads.
+double added_by_shader(const JobSpec& job, Quantity quantity);
 
 /// What the job's preset is and which quantities its program reads from which channels, one line a
 /// fact, ASCII; empty for "kiln" and "custom".

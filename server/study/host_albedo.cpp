@@ -63,7 +63,7 @@ HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, dou
         const double end =
             up >= side ? std::numbers::pi : 2 * std::atan(std::sqrt((side + up) / (side - up)));
         const double inverse = 1 / (1 + t2), NoH = std::sqrt(inverse), sin2_H = t2 * inverse;
-        const double D = one_lane::microfacet_D(lobe.distribution, alpha, NoH, sin2_H);
+        const double D = one_lane::microfacet_D(lobe.distribution, alpha, NoV, NoH, sin2_H);
         const double measure =
             D * t * inverse * NoH * width * std::cosh(v) * 2;  // both sides of the azimuth
         if (!(measure > 0)) return {};

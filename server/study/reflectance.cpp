@@ -54,8 +54,8 @@ double Reflectance::specular(const Directions& d) const {
     const double alpha = alpha_from_roughness(roughness_);
     const auto s =
         one_lane::scatter_hemisphere(KILN_IMPORTANCE_COSINE, d.NoV, d.cos_phi, d.NoL, sine(d.NoL));
-    return one_lane::microfacet_D(lobe.distribution, alpha, s.NoH, s.sin2_H) *
-           one_lane::microfacet_visibility(lobe.distribution, lobe.masking, alpha, s);
+    const double D = one_lane::microfacet_D(lobe.distribution, alpha, s.NoV, s.NoH, s.sin2_H);
+    return one_lane::microfacet_product(lobe.distribution, lobe.masking, alpha, s, D);
 }
 
 double Reflectance::compensation(const Directions& d, double single) const {

@@ -7,7 +7,9 @@
 #include "server/base/sha256.h"
 #include "server/compute/kernel_digest.h"
 #include "server/image/image.h"
+#include "server/spec/channels.h"
 #include "server/spec/kinds.h"
+#include "server/spec/layouts.h"
 #include "server/spec/spec.h"
 #include "server/study/draw.h"
 #include "server/study/studies.h"
@@ -30,6 +32,16 @@ std::optional<double> largest_standard_error(const Report& report) {
         if (channel.standard_error_max)
             largest = std::max(largest.value_or(0), *channel.standard_error_max);
     return largest;
+}
+
+/// What the table's program will read from the texels: its shader adds the rest.
+void store_as_read(const JobSpec& job, Table& table) {
+    const std::vector<Channel> channels = channels_of(job);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const double added = added_by_shader(job, channels[c].quantity);
+        if (added == 0) continue;
+        for (float& value : table.planes[c]) value = static_cast<float>(value - added);
+    }
 }
 
 Baked bake_study(Engine& engine, const JobSpec& job, const Control& control) {
@@ -70,6 +82,7 @@ Baked bake(Engine& engine, const JobSpec& job, const Control& control,
     const Clock::time_point start = Clock::now();
     Outcome outcome = engine.run(job, control);
     Report& report = outcome.report;
+    store_as_read(job, outcome.table);
 
     const Clock::time_point encode_start = Clock::now();
     const std::optional<double> standard_error_max = largest_standard_error(report);

@@ -87,6 +87,20 @@ class Bake(KilnTest):
             few = () if measured else ("--set", "device=native", "--set", "sample_count=16")
             self.kiln("bake", example, "-o", "-", "--local", "--set", "resolution=" + size, *few)
 
+    def test_unitys_third_channel_lacks_what_its_shader_adds(self):
+        theirs = {**JOB, "layout": "unity", "diffuse": {"model": "burley"}, "quantities": [
+            "split_sum_bias", "directional_albedo", "diffuse_albedo"], "output": {"pixel": "float"}}
+        node = {"grid": "node"}
+        plain = {**theirs, "layout": {"x": {"parameter": "NoV", "mapping": "sqrt", **node},
+                                      "y": {"parameter": "roughness", **node}}}
+        self.bake_local("theirs.exr", theirs)
+        self.bake_local("plain.exr", plain)
+        stdout, _ = self.kiln("diff", "theirs.exr", "plain.exr", "--json", exit_status=6)
+        channels = json.loads(stdout)["channels"]
+        self.assertEqual([channels[c]["max"] for c in "RGB"], [0, 0, 0.5])
+        self.assertEqual(channels["B"]["rms"], 0.5)
+        self.assertIn("B: diffuse_albedo - 0.5", self.kiln("info", "theirs.exr")[0].decode())
+
     def test_a_symbolic_link_stays_one_and_modes_stay(self):
         self.write("real.exr", "old")
         os.chmod(self.path("real.exr"), 0o640)

@@ -227,6 +227,24 @@ TEST(Plan, WhatReflectsNothingIsBakedToo) {
     }
 }
 
+// A grid of nodes has roughness 0, where Charlie's normals lie along the horizon.
+TEST(Plan, CharlieOfNoWidthReflectsNothing) {
+    JobSpec job = few({Quantity::directional_albedo});
+    job.distribution = Distribution::charlie;
+    job.importance = Importance::uniform;
+    job.axes[1] = against_reference::axis(Parameter::roughness, Grid::node);
+    for (const Masking masking : {Masking::neubelt, Masking::charlie}) {
+        job.masking = masking;
+        const Outcome outcome = bake(job);
+        for (std::int64_t x = 0; x < job.resolution[0]; ++x)
+            EXPECT_EQ(outcome.table.planes[0][static_cast<std::size_t>(x)], 0);
+        EXPECT_GT(outcome.table.planes[0].back(), 0.1);
+    }
+    job.axes[0] = against_reference::axis(Parameter::NoV,
+                                          Grid::node);  // along the horizon it is without bound
+    EXPECT_THROW(bake(job), std::exception);
+}
+
 TEST(Plan, WhatIsNotSampledIsNotThereforeLeftOut) {
     JobSpec job = few({Quantity::compensated_albedo});
     job.multiscatter = Multiscatter::turquin;

@@ -62,8 +62,8 @@ float specular(const Pair& pair, int distribution, int masking) {
     const Scattering s = in_float::scatter_hemisphere(KILN_IMPORTANCE_COSINE, pair.NoV,
                                                       pair.cos_phi, pair.NoL, pair.sinL);
     const float F0[8] = {0.04f, 0.96f};
-    return in_float::microfacet_D(distribution, pair.alpha, s.NoH, s.sin2_H) *
-           in_float::microfacet_visibility(distribution, masking, pair.alpha, s) *
+    const float D = in_float::microfacet_D(distribution, pair.alpha, s.NoV, s.NoH, s.sin2_H);
+    return in_float::microfacet_product(distribution, masking, pair.alpha, s, D) *
            in_float::fresnel(KILN_FRESNEL_SCHLICK, F0, s.VoH);
 }
 
