@@ -2,7 +2,9 @@
 #include "server/compute/quadrature_integrals.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "server/compute/fresnel.h"
 #include "server/compute/quadrature.h"
 #include "server/compute/quadrature_job.h"
 
@@ -17,6 +19,17 @@ QuadratureParameters parameters_of(const Pass& pass, std::size_t colour) {
                 kFresnelParameters, parameters.begin());
     parameters.back() = pass.parameters[kAlbedoParameter + colour];
     return parameters;
+}
+
+/// A conductor of k = 0 is a dielectric, whose rule knows where total reflection begins.
+std::optional<QuadratureParameters> without_absorption(int fresnel,
+                                                       const QuadratureParameters& numbers) {
+    const double contrast = numbers[0], square = numbers[1], loss = numbers[2];
+    if (fresnel != fresnel_function({.model = Fresnel::conductor}) || loss != 0 || !(square > 0))
+        return {};
+    QuadratureParameters clear{contrast, square, contrast == 0 ? 0.0 : 1.0};
+    clear.back() = numbers.back();
+    return clear;
 }
 
 std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass) {
@@ -61,7 +74,11 @@ std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     }
     for (std::size_t colour = 0; colour < 3; ++colour) {
         if (!(material.terms & 1 << (kColour + colour))) continue;
-        add(kColour + colour, material.fresnel, parameters_of(pass, colour));
+        const QuadratureParameters numbers = parameters_of(pass, colour);
+        if (const auto clear = without_absorption(material.fresnel, numbers))
+            add(kColour + colour, fresnel_function({.model = Fresnel::dielectric}), *clear);
+        else
+            add(kColour + colour, material.fresnel, numbers);
     }
     if (list.empty()) add(kWeight, kNoFresnel, {});
     return list;

@@ -81,6 +81,18 @@ TEST_P(QuadratureJobs, MeetPublishedFresnelAlbedos) {
     }
 }
 
+// Total reflection has a rule of its own, which test_quadrature_lobes.cpp holds to the truth.
+TEST_P(QuadratureJobs, ConductorsThatAbsorbNothingAreDielectrics) {
+    const std::string rest = R"("quantities":["specular_albedo"],"resolution":[5,3],"fresnel":)";
+    for (const char* index : {"0.6", "1", "1.7"}) {
+        const auto planes_of = [&](const std::string& model) {
+            return bake(rest + R"({"model":)" + model + index + "}", GetParam())
+                .outcome.table.planes;
+        };
+        EXPECT_EQ(planes_of(R"("conductor","k":0,"eta":)"), planes_of(R"("dielectric","ior":)"));
+    }
+}
+
 struct Model {
     const char* fresnel;
     reference::Fresnel truth;
