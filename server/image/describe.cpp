@@ -27,7 +27,9 @@ std::string joined(const std::vector<std::string>& parts, const char* separator)
     return out;
 }
 
-const char* meaning(Quantity quantity) {
+const char* meaning(const JobSpec& job, Quantity quantity) {
+    if (quantity == Quantity::compensated_albedo && job.multiscatter == Multiscatter::none)
+        return ", single scattering under the Fresnel term: the job compensates nothing";
     switch (quantity) {
         case Quantity::split_sum_scale:
             return " (A), multiplies F0: albedo(F0, F90) = F0 A + F90 B";
@@ -62,7 +64,7 @@ std::vector<std::string> channel_lines(const JobSpec& job) {
         const std::string letter = channels.size() > 4 ? "" : std::string(1, "RGBA"[i]) + ": ";
         const double added = added_by_shader(job, channels[i].quantity);
         const std::string less = added > 0 ? " - " + number(added) : "";
-        lines.push_back(letter + channels[i].name + less + meaning(channels[i].quantity));
+        lines.push_back(letter + channels[i].name + less + meaning(job, channels[i].quantity));
     }
     if (job.format == ImageFormat::png && channels.size() == 2)
         lines.emplace_back("B: 0, carries no quantity (PNG has no two-channel colour)");

@@ -178,7 +178,8 @@ class Models {
         const FresnelModel& fresnel = job_.fresnel;
         const bool eta = given("/fresnel/eta"), k = given("/fresnel/k");
         if (fresnel.metal && (eta || k))
-            add("/fresnel/metal", "already names eta and k; give either the metal or both numbers");
+            add("/fresnel/metal",
+                "has an eta and a k of its own; leave out either the metal or both numbers");
         if (!fresnel.metal && !given("/fresnel/metal") && (!eta || !k))
             add("/fresnel/model", "\"conductor\" needs eta and k, or a metal by name");
         if (!eta || !k || !problems_.sound("/fresnel/eta") || !problems_.sound("/fresnel/k"))

@@ -95,6 +95,8 @@ class Walker {
         std::string types;
         for (const Json& branch : schema["oneOf"]) {
             const Json& target = resolve(contract_, branch);
+            if (value.is_array() && target["type"] == "array")
+                return visit_array(target, value, pointer, types);
             if (has_any_type(value, target["type"])) return visit(target, value, pointer);
             types += (types.empty() ? "" : " or ") + type_phrase(target["type"]);
         }
@@ -170,7 +172,8 @@ class Walker {
     }
 
     bool check_count(const Json& schema, const char* low, const char* high, std::size_t count,
-                     const std::string& unit, const std::string& pointer) {
+                     const std::string& unit, const std::string& pointer,
+                     const std::string& instead = "") {
         const std::size_t least = schema.value(low, std::size_t{0});
         const std::size_t most = schema.value(high, std::size_t{SIZE_MAX});
         if (count >= least && count <= most) return true;
@@ -184,12 +187,14 @@ class Walker {
         problems_.add(pointer,
                       "has " + std::to_string(count) + " " + unit +
                           (is_later ? ", which is not supported yet; allowed: " : "; allowed: ") +
-                          allowed);
+                          (instead.empty() ? "" : instead + " or ") + allowed);
         return false;
     }
 
-    Json visit_array(const Json& schema, const Json& value, const std::string& pointer) {
-        if (!check_count(schema, "minItems", "maxItems", value.size(), "entries", pointer))
+    /// `instead`: what is allowed in place of an array, where anything is.
+    Json visit_array(const Json& schema, const Json& value, const std::string& pointer,
+                     const std::string& instead = "") {
+        if (!check_count(schema, "minItems", "maxItems", value.size(), "entries", pointer, instead))
             return value;
         Json result = Json::array();
         for (std::size_t i = 0; i < value.size(); ++i) {
