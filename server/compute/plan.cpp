@@ -78,19 +78,28 @@ class Planner {
                                }});
     }
 
+    /// Estevez, Kulla 2017 under the masking of Neubelt, Pettineo 2013, as engines light cloth.
+    static JobSpec sheen() {
+        JobSpec job;
+        job.distribution = Distribution::charlie;
+        job.masking = Masking::neubelt;
+        job.importance = Importance::uniform;
+        return job;
+    }
+
     /// The pass of this kind that fills these slices; a new one where there is none.
-    Pass& pass(bool diffuse, bool averaged, std::size_t slice, std::size_t slice_count) {
+    Pass& pass(Lobe lobe, bool averaged, std::size_t slice, std::size_t slice_count) {
         for (Pass& pass : plan_.passes) {
-            const bool is_diffuse = pass.points >= PointKind::cosine_diffuse;
-            if (is_diffuse == diffuse && (pass.what.material.averaged != 0) == averaged &&
+            if (pass.lobe == lobe && (pass.what.material.averaged != 0) == averaged &&
                 pass.slices[0] == slice && pass.slices.size() == slice_count)
                 return pass;
         }
         Pass made;
-        made.what.material = lobe_of(job_);
+        made.lobe = lobe;
+        made.what.material = lobe_of(lobe == Lobe::sheen ? sheen() : job_);
         made.what.precision = job_.precision;
         made.points = point_kind(made.what.material);
-        if (diffuse) {
+        if (lobe == Lobe::diffuse) {
             made.what.material = {};
             made.what.material.importance = static_cast<int>(Importance::cosine);
             made.points = job_.diffuse.model == DiffuseModel::ggx_lambert
@@ -109,10 +118,10 @@ class Planner {
         const Quantity quantity = plan_.channels[channel].quantity;
         const int colour = plan_.channels[channel].colour;
         const auto specular = [&](Combination a, bool averaged = false) {
-            pass(false, averaged, slice, count).shares.push_back({channel, a, {}, {}});
+            pass(Lobe::microfacet, averaged, slice, count).shares.push_back({channel, a, {}, {}});
         };
         const auto diffuse = [&](bool averaged) {
-            pass(true, averaged, slice, count)
+            pass(Lobe::diffuse, averaged, slice, count)
                 .shares.push_back(
                     {channel, one(kDiffuse + static_cast<std::size_t>(colour)), {}, {}});
         };
@@ -135,7 +144,7 @@ class Planner {
             case Quantity::specular_albedo:
                 return specular(reflected(fresnel_of_slice(job_, slice), colour));
             case Quantity::compensated_albedo:
-                pass(false, false, slice, count)
+                pass(Lobe::microfacet, false, slice, count)
                     .shares.push_back(compensated(channel, slice, colour));
                 return;
             case Quantity::diffuse_albedo:
@@ -144,6 +153,10 @@ class Planner {
                 return diffuse(true);
             case Quantity::total_albedo:
                 return add_total(channel, slice, colour);
+            case Quantity::sheen_albedo:
+                pass(Lobe::sheen, false, slice, count)
+                    .shares.push_back({channel, one(kWeight), {}, {}});
+                return;
             case Quantity::fresnel_average:
                 break;
         }
@@ -229,9 +242,9 @@ class Planner {
         } else if (job_.coupling == Coupling::half_vector && job_.fresnel.model != Fresnel::none) {
             under.a = one(kTransmitted + static_cast<std::size_t>(colour));
         }
-        pass(false, false, slice, 1).shares.push_back(std::move(specular));
+        pass(Lobe::microfacet, false, slice, 1).shares.push_back(std::move(specular));
         if (lit && job_.coupling != Coupling::kelemen)
-            pass(true, false, slice, 1).shares.push_back(std::move(under));
+            pass(Lobe::diffuse, false, slice, 1).shares.push_back(std::move(under));
     }
 
     /// Terms, numbers and the kernel's path, once all shares are known.
@@ -262,7 +275,7 @@ class Planner {
         const double exponent =
             fresnel.model == Fresnel::schlick ? fresnel.exponent : kSchlickExponent;
         pass.parameters[kExponentParameter] = exponent;
-        const bool fast_lobe = job_.distribution == Distribution::ggx &&
+        const bool fast_lobe = pass.lobe != Lobe::sheen && job_.distribution == Distribution::ggx &&
                                job_.masking <= Masking::smith_separable &&
                                job_.importance <= Importance::ndf;
         const bool other_power = (material.terms & 1 << kSchlick) && exponent != kSchlickExponent;

@@ -29,9 +29,13 @@ struct Share {
     std::function<Part(std::size_t, double, double)> part;
 };
 
+/// What a pass samples.
+enum class Lobe { microfacet, diffuse, sheen };
+
 /// One kernel specialisation over one set of places: the shares in it cost its terms once.
 struct Pass {
     Specialisation what;
+    Lobe lobe = Lobe::microfacet;
     PointKind points = PointKind::visible_normals;
     Places places;
     std::array<double, kParameterCount> parameters{};

@@ -53,6 +53,8 @@ const char* meaning(const JobSpec& job, Quantity quantity) {
             return ", 2 * integral of the diffuse lobe's albedo mu dmu over 0..1";
         case Quantity::total_albedo:
             return ", white-furnace value of the coupled lobes";
+        case Quantity::sheen_albedo:
+            return ", E(NoV, roughness) of Charlie under Neubelt's masking, uniform importance";
     }
     return "";
 }

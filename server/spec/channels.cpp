@@ -19,7 +19,7 @@ bool reads_diffuse(Quantity quantity) {
 
 bool reads_lobe(Quantity quantity) {
     return quantity != Quantity::diffuse_albedo && quantity != Quantity::diffuse_average_albedo &&
-           quantity != Quantity::fresnel_average;
+           quantity != Quantity::fresnel_average && quantity != Quantity::sheen_albedo;
 }
 
 bool reads_multiscatter(Quantity quantity) {

@@ -27,6 +27,7 @@ std::vector<LayoutPreset> make_presets() {
     const ChannelSet split{{split_sum_scale, split_sum_bias}, "the split sum"};
     // lerp(R, G, F0) = F0 A + F90 B with F90 = 1, and G alone is E.
     const ChannelSet lerped{{split_sum_bias, directional_albedo}, "B and A + B"};
+    const std::vector<Quantity> cloth{split_sum_bias, directional_albedo, sheen_albedo};
     return {
         {.name = "kiln",
          .program = "",
@@ -54,13 +55,14 @@ std::vector<LayoutPreset> make_presets() {
          .axes = {kNoV, one_texel_high(1)},
          .single_axis = {},
          .channel_sets = {{lerped.quantities, "--ibl-dfg-multiscatter"},
+                          {cloth, "--ibl-dfg-multiscatter --ibl-dfg-cloth"},
                           {split.quantities, "without it"}}},
         {.name = "godot",
          .program = "Godot 4 (integrate_dfg, 128 x 128: rows one texel high, row 0 beyond 1)",
          .axes = {kNoV, one_texel_high(kUnbounded)},
          .single_axis = {},
          .masking = Masking::karis_ibl,
-         .channel_sets = {{lerped.quantities, "Godot's B holds cloth, a job of its own, its A 1"}}},
+         .channel_sets = {{cloth, "with cloth; its A is 1"}, lerped}},
         {.name = "threejs",
          .program = "three.js (DFGLUTData, 16 x 16)",
          .axes = {kRoughness, kNoV},
@@ -70,10 +72,11 @@ std::vector<LayoutPreset> make_presets() {
          .program = "Babylon.js (environmentBRDF, 256 x 256)",
          .axes = {kNoV, kRoughness},
          .single_axis = {},
-         .channel_sets = {{lerped.quantities,
-                           "Babylon's B holds sheen, a job of its own; its PNG is RGBD, "
-                           "which Kiln does not write, and lies a texel lower than its "
-                           "shader reads it: row i at roughness (i + 1.5)/256"}}},
+         .channel_sets = {{cloth,
+                           "with sheen; its PNG is RGBD, which Kiln does not write, and lies a "
+                           "texel lower than its shader reads it: row i at roughness "
+                           "(i + 1.5)/256"},
+                          lerped}},
         {.name = "cycles",
          .program = "Blender Cycles (table_ggx_E 32 x 32, table_ggx_Eavg 32)",
          .axes = {kCyclesRoughness,
@@ -85,7 +88,8 @@ std::vector<LayoutPreset> make_presets() {
          .program = "glTF-IBL-Sampler and glTF-Sample-Viewer (lut_ggx)",
          .axes = {kNoV, kRoughness},
          .single_axis = {},
-         .channel_sets = {{split.quantities, "the viewer's B holds Charlie, a job of its own"}}},
+         .channel_sets = {{{split_sum_scale, split_sum_bias, sheen_albedo}, "with Charlie"},
+                          split}},
     };
 }
 

@@ -227,6 +227,20 @@ TEST(Plan, WhatReflectsNothingIsBakedToo) {
     }
 }
 
+// The third channel of engines' tables: a lobe beside the job's, at the same places.
+TEST(Plan, SheenIsCharlieUnderNeubeltsMaskingWhateverTheLobe) {
+    JobSpec cloth = few({Quantity::directional_albedo});
+    cloth.distribution = Distribution::charlie;
+    cloth.masking = Masking::neubelt;
+    cloth.importance = Importance::uniform;
+    const Outcome alone = bake(cloth);
+    const Outcome beside = bake(few({Quantity::split_sum_bias, Quantity::directional_albedo,
+                                     Quantity::sheen_albedo, Quantity::diffuse_albedo}));
+    EXPECT_EQ(beside.table.planes[2], alone.table.planes[0]);
+    EXPECT_NE(beside.table.planes[1], alone.table.planes[0]);
+    EXPECT_EQ(beside.standard_errors[2], alone.standard_errors[0]);
+}
+
 // A grid of nodes has roughness 0, where Charlie's normals lie along the horizon.
 TEST(Plan, CharlieOfNoWidthReflectsNothing) {
     JobSpec job = few({Quantity::directional_albedo});

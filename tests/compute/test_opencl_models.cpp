@@ -128,6 +128,7 @@ TEST_F(OpenClModels, EveryLobeAndFresnelTerm) {
                       R"("charlie","masking":"charlie","terminator_softening":true})");
     expect_equal_bits(
         R"("quantities":["average_albedo"],"microfacet":{"distribution":"beckmann"})");
+    expect_equal_bits(R"("quantities":["directional_albedo","sheen_albedo"])");
 }
 
 // From 4096 samples on, low roughness has a kernel of its own (region.cpp).

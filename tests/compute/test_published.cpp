@@ -200,7 +200,6 @@ Values rgbd_plane(const std::filesystem::path& file, std::size_t channel) {
 }
 
 const char* kGgx = R"({"distribution":"ggx"})";
-const char* kCharlie = R"({"distribution":"charlie"})";
 const char* kTexelLower =
     R"({"x":{"parameter":"NoV"},"y":{"parameter":"roughness","range":[0.00390625,1]}})";
 const char* kRoughnessNodes = R"({"x":{"parameter":"roughness","grid":"node"}})";
@@ -260,13 +259,13 @@ const PublishedTable kTables[] = {
     {"filament-cmgen-1.9.25/dfg_multiscatter_cloth_64_G_total.csv", R"("filament")",
      R"(["directional_albedo"])", "[64,64]", kGgx, 1.3e-2, 1.5e-3},
     {"filament-cmgen-1.9.25/dfg_multiscatter_cloth_64_B_cloth.csv", R"("filament")",
-     R"(["directional_albedo"])", "[64,64]", kCharlie, 1.1e-2, 7.6e-5},
+     R"(["sheen_albedo"])", "[64,64]", kGgx, 1.1e-2, 7.6e-5},
     {"babylonjs/environmentBRDF_rgbd.png", kTexelLower, R"(["split_sum_bias"])", "[256,255]", kGgx,
      1.9e-2, 3.7e-4, 0},
     {"babylonjs/environmentBRDF_rgbd.png", kTexelLower, R"(["directional_albedo"])", "[256,255]",
      kGgx, 1.8e-2, 1.8e-3, 1},
-    {"babylonjs/environmentBRDF_rgbd.png", kTexelLower, R"(["directional_albedo"])", "[256,255]",
-     R"({"distribution":"charlie","masking":"neubelt"})", 2e-2, 9.4e-4, 2},
+    {"babylonjs/environmentBRDF_rgbd.png", kTexelLower, R"(["sheen_albedo"])", "[256,255]", kGgx,
+     2e-2, 9.4e-4, 2},
     {"babylonjs/openPBR_environmentBRDF_rgbd.png", R"("babylon")", R"(["directional_albedo"])",
      "[128,128]", kGgx, 1.4e-2, 4.6e-3, 1},
     {"babylonjs/openPBR_environmentBRDF_rgbd.png", R"("babylon")", R"(["split_sum_bias"])",

@@ -93,6 +93,15 @@ TEST_P(QuadratureJobs, ConductorsThatAbsorbNothingAreDielectrics) {
     }
 }
 
+TEST_P(QuadratureJobs, SheenIsALobeOfItsOwn) {
+    const auto planes_of = [&](const std::string& what) {
+        return bake(R"("resolution":[5,3],"quantities":)" + what, GetParam()).outcome.table.planes;
+    };
+    const auto cloth = planes_of(R"(["directional_albedo"],"microfacet":{"distribution":"charlie",)"
+                                 R"("masking":"neubelt"})");
+    EXPECT_EQ(planes_of(R"(["directional_albedo","sheen_albedo"])")[1], cloth[0]);
+}
+
 struct Model {
     const char* fresnel;
     reference::Fresnel truth;

@@ -105,8 +105,9 @@ TEST(Layouts, WarnsWhereTheTableDepartsFromTheProgram) {
                   "layout \"godot\": the program was made for masking karis_ibl, this table has "
                   "smith_correlated",
                   "layout \"godot\": the program reads R = split_sum_bias, G = "
+                  "directional_albedo, B = sheen_albedo; or R = split_sum_bias, G = "
                   "directional_albedo, this table has others"}));
-    // Cloth is a table of its own.
+    // Another distribution, a table of its own.
     EXPECT_TRUE(
         layout_warnings(job_of("godot", R"(,"microfacet":{"distribution":"charlie"})")).empty());
 }
