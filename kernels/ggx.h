@@ -8,7 +8,7 @@
 // the length of the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
 
 typedef struct {
-    real S;
+    real NoV, S;
     real vx, vz;  // stretched view, unit; vz = NoV / S
     real one_minus_vz;
     real inverse_cap;  // 1 / (1 + vz)
@@ -39,6 +39,7 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
     const real S = lane_sqrt(NoV * NoV + slope * slope);
     const real divisor = lane_select(S > K(0.0), S, lanes(K(1.0)));
     View view;
+    view.NoV = NoV;
     view.S = S;
     view.vx = slope / divisor;
     view.vz = lane_select(S > K(0.0), NoV / divisor, lanes(K(1.0)));

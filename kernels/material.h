@@ -76,7 +76,7 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     }
     Scattering s;
     if (what.importance >= KILN_IMPORTANCE_COSINE) {
-        s = scatter_hemisphere(what.importance, view.vz * view.S, point[0], point[1], point[2]);
+        s = scatter_hemisphere(what.importance, view.NoV, point[0], point[1], point[2]);
         s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoV, s.NoH, s.sin2_H);
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
         const HalfVector h = ggx_sample_vndf(view, point);

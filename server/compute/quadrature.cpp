@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "server/base/error.h"
+#include "server/compute/non_finite.h"
 #include "server/compute/terms.h"
 
 namespace kiln {
@@ -126,8 +127,10 @@ class Raising {
         for (std::size_t i = 0; i < places.size(); ++i) {
             const double E = values_[i], deficit = planes > 1 ? values_[stride + i] : Scalar(0);
             const double B = planes > 2 ? values_[2 * stride + i] : Scalar(0);
+            const auto* lobe = std::get_if<LobeRule>(&kind_.rule);
             if (!std::isfinite(E) || !std::isfinite(B) || !std::isfinite(deficit))
-                throw Error("non_finite", "the quadrature gave a value that is not finite");
+                throw non_finite("a value of the table, by quadrature, is",
+                                 lobe ? lobe->distribution : 0);
             const std::size_t place = places[i];
             if (compare) note_error(place, E, B, deficit);
             result_.E[place] = E;

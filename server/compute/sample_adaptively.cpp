@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "server/base/error.h"
+#include "server/compute/non_finite.h"
 #include "server/compute/sampling.h"
 #include "server/compute/stopping.h"
 #include "server/compute/trust.h"
@@ -137,7 +138,7 @@ class Group {
         for (std::size_t s = 0; s < pass_.shares.size(); ++s) {
             const Estimate found = estimate(s, slot);
             if (!std::isfinite(found.value) || !std::isfinite(found.variance))
-                throw Error("non_finite", "a value of the table is not a finite number");
+                throw non_finite("a value of the table is", pass_.what.material.distribution);
             verdict.add(rules_, pass_, pass_.shares[s], shares_beside(s), places_[slot], found);
         }
         progress_[slot].add(verdict, rules_, pass_.places.alpha(places_[slot]),

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/base/error.h"
+#include "server/compute/non_finite.h"
 #include "server/compute/sampling.h"
 #include "server/compute/trust.h"
 
@@ -60,7 +61,7 @@ class Even {
                                     .subspan(first, std::min(block, region.places.size() - first));
             launches.set_places(places);
             replicates.reset(means.facts(pass, region, s_.pool, places));
-            run_block(set, cost_of(region), launches, replicates);
+            run_block(set, region, launches, replicates);
             store(pass, means, replicates, places);
             for (const Draw& draw : region.draws)
                 s_.account.count_work(draw.what, places.size() * set.samples());
@@ -68,8 +69,9 @@ class Even {
     }
 
     template <typename Scalar>
-    void run_block(const PointSet& set, std::size_t cost, Launches<Scalar>& launches,
+    void run_block(const PointSet& set, const Region& region, Launches<Scalar>& launches,
                    Replicates& replicates) {
+        const std::size_t cost = cost_of(region);
         auto started = Clock::now();
         double elapsed = 0;
         std::vector<TraceLevel> trace;
@@ -93,12 +95,8 @@ class Even {
             started = Clock::now();
         }
         if (const std::uint64_t bad = replicates.non_finite(); bad != 0)
-            throw Error(
-                "non_finite",
-                std::to_string(bad) + " values of the table are not finite numbers" +
-                    (s_.job.masking == Masking::charlie
-                         ? "; masking \"charlie\" has none at NoV = 0: give the axis a range"
-                         : ""));
+            throw non_finite(std::to_string(bad) + " values of the table are",
+                             region.draws[0].what.material.distribution);
         s_.account.add_trace(std::move(trace));
         s_.account.count_samples(replicates.place_count() * set.samples(), set.samples());
         s_.account.integrate_s += elapsed;
