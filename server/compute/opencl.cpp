@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -18,9 +19,8 @@ namespace kiln {
 
 namespace {
 
-/// A specialisation's program, with what the trial launch found.
+/// A specialisation's kernel, with what the trial launch found. It keeps its program alive.
 struct Built {
-    cl::Program program;
     cl::Kernel kernel;
     std::string numerics;
 };
@@ -53,6 +53,7 @@ std::string build_options(const Definitions& definitions, Precision precision, s
 const char* entry_of(const Specialisation&) { return "tables"; }
 Definitions definitions_of(const Specialisation& what) {
     const KernelMaterial& material = what.material;
+    if (material.general == kAnyMaterial) return {{"KILN_GENERAL", 1}, {"KILN_ANY_MATERIAL", 1}};
     return {{"KILN_DISTRIBUTION", material.distribution}, {"KILN_MASKING", material.masking},
             {"KILN_IMPORTANCE", material.importance},     {"KILN_TERMS", material.terms},
             {"KILN_AVERAGED", material.averaged},         {"KILN_FRESNEL", material.fresnel},
@@ -107,9 +108,11 @@ struct OpenClBackend::State {
     cl::Device device;
     cl::Context context;
     cl::Queue queue;
-    mutable std::mutex mutex;  // of `programs` and of building
-    std::map<KernelKind, Built> programs;
-    Room sums;  // of run()
+    mutable std::mutex mutex;  // of `kernels`
+    std::map<KernelKind, Built> kernels;
+    std::mutex building;
+    std::map<std::string, cl::Program> programs;  // by their options
+    Room sums;                                    // of run()
 
     explicit State(Backend& native) : oracle(native) {
         auto devices = cl::enumerate();
@@ -132,31 +135,24 @@ struct OpenClBackend::State {
 
     const Built& find(const KernelKind& what) const {
         const std::lock_guard lock(mutex);
-        const auto at = programs.find(what);
-        if (at == programs.end()) throw Error("device_failed", "the OpenCL program is not built");
+        const auto at = kernels.find(what);
+        if (at == kernels.end()) throw Error("device_failed", "the OpenCL program is not built");
         return at->second;
     }
 
-    template <typename What>
-    Built compile(const What& what) const {
-        if (what.precision == Precision::float64 && !device.doubles)
-            throw Error("device_unavailable", device.name + " has no double precision");
+    /// What differs in arguments alone shares a program.
+    const cl::Program& compile(const std::string& options) {
+        cl::Program& program = programs[options];
+        if (program) return program;
         const std::string_view text = kernel_text();
         const char* source = text.data();
         const std::size_t length = text.size();
         cl_int status = CL_SUCCESS;
-        Built made;
-        made.program =
-            cl::Program(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
+        cl::Program made(clCreateProgramWithSource(context.get(), 1, &source, &length, &status));
         cl::check(status, "clCreateProgramWithSource");
-        const std::string options =
-            build_options(definitions_of(what), what.precision, lanes(what.precision), device);
-        cl::check(
-            clBuildProgram(made.program.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
-            "clBuildProgram");
-        made.kernel = cl::Kernel(clCreateKernel(made.program.get(), entry_of(what), &status));
-        cl::check(status, "clCreateKernel");
-        return made;
+        cl::check(clBuildProgram(made.get(), 1, &device.id, options.c_str(), nullptr, nullptr),
+                  "clBuildProgram");
+        return program = std::move(made);
     }
 
     cl::Buffer buffer(cl_mem_flags flags, std::size_t bytes, const void* data) const {
@@ -200,13 +196,17 @@ struct OpenClBackend::State {
                          parameters = copy(launch.parameters), batches = copy(launch.batches);
         const auto batch_count = static_cast<cl_uint>(launch.batches.size());
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
+        // Material of kernels/material.h has the same members, but for the last.
+        const KernelMaterial& material = launch.what.material;
+        constexpr std::size_t material_bytes = offsetof(KernelMaterial, general);
         enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.sums, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), points.address()},
                  {sizeof(cl_mem), parameters.address()},
                  {sizeof(cl_mem), batches.address()},
                  {sizeof(batch_count), &batch_count},
-                 {sizeof(stride), &stride}});
+                 {sizeof(stride), &stride},
+                 {material_bytes, &material}});
     }
 
     template <typename Scalar>
@@ -304,8 +304,15 @@ struct OpenClBackend::State {
     }
 
     template <typename What>
-    Built build(const What& what) const {
-        Built made = compile(what);
+    Built build(const What& what) {
+        if (what.precision == Precision::float64 && !device.doubles)
+            throw Error("device_unavailable", device.name + " has no double precision");
+        const std::lock_guard lock(building);
+        const std::string options =
+            build_options(definitions_of(what), what.precision, lanes(what.precision), device);
+        cl_int status = CL_SUCCESS;
+        Built made{cl::Kernel(clCreateKernel(compile(options).get(), entry_of(what), &status)), {}};
+        cl::check(status, "clCreateKernel");
         const bool strict = what.precision == Precision::float64 ? equals_oracle<double>(made, what)
                                                                  : equals_oracle<float>(made, what);
         made.numerics = strict ? kStrictNumerics : "opencl/" + device.name + "/" + device.driver;
@@ -320,12 +327,12 @@ void OpenClBackend::build(const KernelKind& what) {
     if (built(what)) return;
     Built made = std::visit([this](const auto& kind) { return state_->build(kind); }, what);
     const std::lock_guard lock(state_->mutex);
-    state_->programs.emplace(what, std::move(made));
+    state_->kernels.emplace(what, std::move(made));
 }
 
 bool OpenClBackend::built(const KernelKind& what) const {
     const std::lock_guard lock(state_->mutex);
-    return state_->programs.contains(what);
+    return state_->kernels.contains(what);
 }
 
 // A launch costs a CPU's driver some 0.2 ms more than native; a GPU needs more work-items than a

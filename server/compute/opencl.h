@@ -12,6 +12,11 @@ namespace kiln {
 /// Numerics class of every backend whose launches are bit-equal to the native one.
 inline constexpr const char* kStrictNumerics = "ieee754-strict";
 
+/// As KernelMaterial::general: the general path, by the one program that reads all other members as
+/// arguments. It takes 3 s to compile in place of 1 s a material, and runs up to four times as
+/// long: for who wants a few values of many materials. Native code has one function for both.
+inline constexpr int kAnyMaterial = 2;
+
 /// The kernels on the first usable OpenCL device, GPUs before CPUs. Programs are built on demand,
 /// one a specialisation, and each is tried on a small launch against `oracle` before it counts as
 /// built.

@@ -35,6 +35,10 @@ void fill_cell(const SliceLayout& layout, const LobeTables& tables, double theta
                                 column >= layout.gutter && column < width - layout.gutter;
             std::size_t k = 0;
             for (const std::vector<float>* plane : {&found.r, &found.g, &found.b}) {
+                if (!std::isfinite((*plane)[from]))  // which max() would make 0
+                    throw Error("non_finite", "the slice at theta_in = " + in_words(theta_in) +
+                                                  " has a value that is no finite number; the "
+                                                  "file's values are too large to interpolate");
                 made.table.planes[k++][to] = std::max(0.0f, (*plane)[from]);
                 account.negative += inside && (*plane)[from] < 0;
             }

@@ -4,6 +4,7 @@
 #include <cairo-svg.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 #include "server/base/error.h"
@@ -17,7 +18,7 @@ using charts::Box;
 
 constexpr double kMargin = 24, kChartWidth = 560, kLine = 19, kHead = 58;
 // Pixels a point: sharp on screens of today.
-constexpr double kPixels = 2;
+constexpr double kPixels = 2, kPixelsPacked = 1.5;
 
 struct Freed {
     void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
@@ -62,33 +63,20 @@ struct Word {
     std::string line;
 };
 
-/// Two charts a row, wide heat maps, furnaces and lines that are left over one; verdicts and notes
-/// below.
+/// Two charts a row, wide heat maps, furnaces and lines that are left over one; of what that makes
+/// too tall, four columns packed from the top. Verdicts and notes below.
 class Sheet {
   public:
     explicit Sheet(const Study& study) : study_(study) {
-        width_ = 2 * kMargin + (study.charts.size() > 1 ? 2 : 1) * kChartWidth;
-        if (study.charts.size() == 1 && !wide(study.charts[0])) width_ = 2 * kMargin + kChartWidth;
-        double y = kHead, row_height = 0;
-        bool half = false;
-        for (std::size_t i = 0; i < study.charts.size(); ++i) {
-            const Chart& chart = study.charts[i];
-            const bool alone = !half && (i + 1 == study.charts.size() || wide(study.charts[i + 1]));
-            const bool whole = wide(chart) || width_ < 2 * kChartWidth ||
-                               (alone && std::holds_alternative<LineChart>(chart));
-            if (half && whole) y += row_height, half = false;
-            const double width = whole ? width_ - 2 * kMargin : kChartWidth;
-            const double height = charts::height_of(chart, width);
-            places_.push_back({kMargin + (half ? kChartWidth : 0), y, width, height});
-            row_height = half ? std::max(row_height, height) : height;
-            if (whole || half) y += row_height;
-            half = !whole && !half;
+        words_top_ = place_in_rows() + kLine;
+        if (words_top_ > kTall) {
+            words_top_ = pack() + kLine;
+            pixels_ = kPixelsPacked;
         }
-        if (half) y += row_height;
-        words_top_ = y + kLine;
         collect_words();
         height_ = words_top_ + kLine * static_cast<double>(words_.size()) + kMargin;
     }
+    double pixels() const { return pixels_; }
     double width() const { return width_; }
     double height() const { return height_; }
 
@@ -113,16 +101,80 @@ class Sheet {
 
   private:
     static constexpr const char* kNote = "note";
+    static constexpr std::size_t kColumns = 4;
+    static constexpr double kTall = 1300;
 
+    /// The lower end of the charts.
+    double place_in_rows() {
+        const std::vector<Chart>& all = study_.charts;
+        width_ = 2 * kMargin + (all.size() > 1 ? 2 : 1) * kChartWidth;
+        if (all.size() == 1 && !wide(all[0])) width_ = 2 * kMargin + kChartWidth;
+        double y = kHead, row_height = 0;
+        bool half = false;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const Chart& chart = all[i];
+            const bool alone = !half && (i + 1 == all.size() || wide(all[i + 1]));
+            const bool whole = wide(chart) || width_ < 2 * kChartWidth ||
+                               (alone && std::holds_alternative<LineChart>(chart));
+            if (half && whole) y += row_height, half = false;
+            const double width = whole ? width_ - 2 * kMargin : kChartWidth;
+            const double height = charts::height_of(chart, width);
+            places_.push_back({kMargin + (half ? kChartWidth : 0), y, width, height});
+            row_height = half ? std::max(row_height, height) : height;
+            if (whole || half) y += row_height;
+            half = !whole && !half;
+        }
+        return half ? y + row_height : y;
+    }
+
+    /// Each chart where it comes to lie highest, wide ones over two columns and first.
+    double pack() {
+        width_ = 2 * kMargin + kColumns * kChartWidth;
+        std::array<double, kColumns> ends;
+        ends.fill(kHead);
+        for (const std::size_t span : {2u, 1u})
+            for (std::size_t i = 0; i < study_.charts.size(); ++i) {
+                if ((wide(study_.charts[i]) ? 2u : 1u) != span) continue;
+                const auto end_at = [&](std::size_t column) {
+                    return *std::max_element(&ends[column], &ends[column] + span);
+                };
+                std::size_t best = 0;
+                for (std::size_t c = 1; c + span <= kColumns; ++c)
+                    if (end_at(c) < end_at(best)) best = c;
+                const double width = static_cast<double>(span) * kChartWidth, y = end_at(best);
+                const double x = kMargin + static_cast<double>(best) * kChartWidth;
+                places_[i] = {x, y, width, charts::height_of(study_.charts[i], width)};
+                std::fill_n(&ends[best], span, y + places_[i].height);
+            }
+        return *std::max_element(ends.begin(), ends.end());
+    }
+
+    /// Verdicts that hold are told by name where they are many: their words are in the other files.
     void collect_words() {
+        constexpr std::size_t kMany = 16;
         const double room = width_ - 2 * kMargin - 60;
+        std::string held;
+        std::size_t count = 0;
         for (const Verdict& v : study_.verdicts) {
+            if (v.holds && study_.verdicts.size() > kMany) {
+                held += (held.empty() ? "" : "; ") + v.name;
+                ++count;
+                continue;
+            }
             const auto colour = v.holds      ? charts::kGood
                                 : v.expected ? charts::kBad
                                              : charts::kMuted;
             std::string answer = v.holds ? "yes" : "no";
             for (const std::string& line : wrapped(v.name + ": " + v.words, room, 12)) {
                 words_.push_back({answer, colour, line});
+                answer.clear();
+            }
+        }
+        if (count > 0) {
+            std::string answer = "yes";
+            held = std::to_string(count) + " verdicts: " + held;
+            for (const std::string& line : wrapped(held, room, 12)) {
+                words_.push_back({answer, charts::kGood, line});
                 answer.clear();
             }
         }
@@ -142,7 +194,7 @@ class Sheet {
     const Study& study_;
     std::vector<Box> places_;
     std::vector<Word> words_;
-    double width_ = 0, height_ = 0, words_top_ = 0;
+    double width_ = 0, height_ = 0, words_top_ = 0, pixels_ = kPixels;
 };
 
 void draw_on(const Sheet& sheet, const Surface& surface, double scale) {
@@ -157,10 +209,10 @@ void draw_on(const Sheet& sheet, const Surface& surface, double scale) {
 
 std::string draw_png(const Study& study) {
     const Sheet sheet(study);
-    const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
-                                                     static_cast<int>(sheet.width() * kPixels),
-                                                     static_cast<int>(sheet.height() * kPixels)));
-    draw_on(sheet, surface, kPixels);
+    const Surface surface(cairo_image_surface_create(
+        CAIRO_FORMAT_RGB24, static_cast<int>(sheet.width() * sheet.pixels()),
+        static_cast<int>(sheet.height() * sheet.pixels())));
+    draw_on(sheet, surface, sheet.pixels());
     std::string bytes;
     check(cairo_surface_write_to_png_stream(surface.get(), append, &bytes));
     return bytes;

@@ -53,7 +53,8 @@ double adaptive_integral(const std::function<double(double)>& value, double from
 // With t = tan of the half vector's angle to the normal: NoL (1 + t²) = NoV (1 − t²) + 2 sinV t
 // cos φ, which is positive up to an azimuth in closed form, and nowhere from t = cot(e / 2) on, e
 // the view's elevation. t = w sinh v is as dense as D is narrow.
-HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute) {
+HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute,
+                       const HostFresnel& fresnel) {
     const bool charlie = lobe.distribution == KILN_DISTRIBUTION_CHARLIE;
     const double width = charlie ? 1 : alpha, sinV = sine(NoV);
     const auto along = [&](double v) -> std::array<double, 2> {
@@ -81,9 +82,16 @@ HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, dou
             const double f =
                 one_lane::microfacet_visibility(lobe.distribution, lobe.masking, alpha, s) * 4 *
                 s.VoH * s.NoL * measure;
-            return {f, f * one_lane::fresnel_schlick_weight(s.VoH)};
+            return {f,
+                    f * (fresnel.F ? fresnel.F(s.VoH) : one_lane::fresnel_schlick_weight(s.VoH))};
         };
-        return integral<2>(around, 0, end, absolute);
+        const double at = (fresnel.kink / NoH - NoV) / (sinV * t);
+        if (!(std::abs(at) < 1) || std::acos(at) >= end)
+            return integral<2>(around, 0, end, absolute);
+        auto sum = integral<2>(around, 0, std::acos(at), absolute);
+        const auto rest = integral<2>(around, std::acos(at), end, absolute);
+        for (std::size_t k = 0; k < 2; ++k) sum[k] += rest[k];
+        return sum;
     };
     const double horizon = NoV / (1 + sinV);  // tan of half the elevation
     const double end = std::asinh(std::min(1 / horizon, 1e12) / width);

@@ -11,12 +11,19 @@ namespace kiln {
 double adaptive_integral(const std::function<double(double)>& value, double from, double to,
                          double absolute);
 
-/// E and B of a microfacet lobe (with F = 1, and with (1 - VoH)^5) over half vectors, of the
-/// kernels' D and visibility in double: slow, and no sampler. alpha > 0.
+/// A Fresnel term, and where it has a kink in VoH: where total reflection begins.
+struct HostFresnel {
+    std::function<double(double VoH)> F;
+    double kink = 0;
+};
+
+/// E and B of a microfacet lobe (with F = 1, and with `fresnel`, else (1 - VoH)^5) over half
+/// vectors, of the kernels' D and visibility in double: slow, and no sampler. alpha > 0.
 struct HostAlbedo {
     double E = 0, B = 0;
 };
-HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute);
+HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, double absolute,
+                       const HostFresnel& fresnel = {});
 
 /// Albedo of a diffuse model, of the kernels' pi f in double.
 double host_diffuse_albedo(int model, double NoV, double roughness, double albedo, double absolute);

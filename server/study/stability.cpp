@@ -245,15 +245,16 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
 Studied study_stability(Engine& engine, const JobSpec& job, const Control& control) {
     const auto start = std::chrono::steady_clock::now();
     Bench bench(engine, job, control);
-    const std::vector<Part> parts = {fresnel_part(),    lobes_part(),    diffuse_part(),
-                                     quadrature_part(), sampled_part(),  diffuse_albedo_part(),
-                                     averages_part(),   couplings_part()};
+    const std::vector<Part> parts = {fresnel_part(),    lobes_part(),          diffuse_part(),
+                                     quadrature_part(), rules_part(),          facets_part(),
+                                     sampled_part(),    diffuse_albedo_part(), averages_part(),
+                                     couplings_part(),  spikes_part()};
     std::vector<KernelKind> kernels{
         QuadratureKind{SmithRule{Masking::smith_correlated, kSchlickWeight}},
         QuadratureKind{SmithRule{Masking::smith_separable, kSchlickWeight}}};
     for (const Part& part : parts)
-        for (const Specialisation& what : part.programs)
-            if (std::find(kernels.begin(), kernels.end(), KernelKind(what)) == kernels.end())
+        for (const KernelKind& what : part.programs)
+            if (std::find(kernels.begin(), kernels.end(), what) == kernels.end())
                 kernels.push_back(what);
     std::vector<KernelKind> wide = kernels;
     for (KernelKind& kernel : wide)
@@ -270,6 +271,7 @@ Studied study_stability(Engine& engine, const JobSpec& job, const Control& contr
     made.study.title = "Stability: every model on stiff and extreme inputs";
     made.study.verdicts = verdicts_of(findings);
     made.study.verdicts.push_back(refusal());
+    for (Verdict& verdict : refused_spikes()) made.study.verdicts.push_back(std::move(verdict));
     for (Verdict& verdict : claims(findings)) made.study.verdicts.push_back(std::move(verdict));
     made.study.table = table_of(findings);
     made.study.charts = charts_of(findings);

@@ -10,6 +10,7 @@
 
 #include "server/compute/engine.h"
 #include "server/compute/opencl.h"
+#include "server/study/study.h"
 #include "server/study/wide.h"
 
 /// What the files of the stability study share; nobody outside includes this.
@@ -96,9 +97,13 @@ class Bench {
     /// [batch][term asked for, by rising bit][place]
     Sums run(const KernelMaterial& material, const std::array<double, kParameterCount>& parameters,
              std::span<const double> points, std::span<const BatchRange> batches,
-             std::span<const Place> places, bool on_opencl);
+             std::span<const Place> places);
     /// [E, 1 − E, B][place], at one order.
     Sums run(Masking masking, std::span<const Place> places);
+    /// [E, and B where it has one][place], at as many orders as jobs take. Of `kind` the precision
+    /// is passed over.
+    Sums run(QuadratureKind kind, const QuadratureParameters& parameters,
+             std::span<const Place> places, bool on_opencl);
     /// 1 - E_avg by quadrature in double.
     double average_deficit(Masking masking, double alpha);
 
@@ -124,9 +129,9 @@ class Bench {
     Engine& engine_;
     const JobSpec& job_;
     const Control& control_;
-    /// Calls on(backend, Scalar, precision, arithmetic) for all that are there; OpenCL if asked.
+    /// Calls on(backend, Scalar, precision, arithmetic) for all that are there.
     template <typename On>
-    void each(bool on_opencl, On on);
+    void each(On on);
 
     std::shared_ptr<OpenClBackend> opencl_, opencl_double_;
     std::string why_not_;
@@ -153,12 +158,15 @@ struct FresnelRow {
 };
 std::vector<FresnelRow> fresnel_rows();
 
+/// What files refuse, as verdicts.
+std::vector<Verdict> refused_spikes();
+
 /// "alpha | NoV"
 std::string place_column(const Place& place);
 
-/// One part of the study. `programs` are the specialisations that it launches in float.
+/// One part of the study. `programs` are the kernels that it launches on OpenCL in float.
 struct Part {
-    std::vector<Specialisation> programs;
+    std::vector<KernelKind> programs;
     std::function<void(Bench&, Findings&)> run;
 };
 Part fresnel_part();
@@ -166,6 +174,9 @@ Part lobes_part();
 Part diffuse_part();
 Part quadrature_part();
 Part sampled_part();
+Part rules_part();
+Part facets_part();
+Part spikes_part();
 Part diffuse_albedo_part();
 Part averages_part();
 Part couplings_part();
@@ -190,8 +201,6 @@ struct Pointwise {
     /// Rounded operations on the longest way through the model: some 30, their errors of either
     /// sign.
     double forward_units = 32;
-    /// Off: its program is not worth building for one more look at the same numbers.
-    bool on_opencl = true;
     /// A row for each term, named after the model and it.
     bool rows_by_quantity = false;
     /// What is known in closed form, and where from; else long double decides.

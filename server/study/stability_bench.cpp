@@ -111,14 +111,14 @@ void Bench::look(double fraction) {
 }
 
 template <typename On>
-void Bench::each(bool on_opencl, On on) {
+void Bench::each(On on) {
     look();
     on(engine_.native(), 0.0f, Precision::float32, kNativeFloat);
     look();
     on(engine_.native(), 0.0, Precision::float64, kNativeDouble);
     look();
-    if (opencl_ && on_opencl) on(*opencl_, 0.0f, Precision::float32, kOpenClFloat);
-    if (opencl_double_ && on_opencl) on(*opencl_double_, 0.0, Precision::float64, kOpenClDouble);
+    if (opencl_) on(*opencl_, 0.0f, Precision::float32, kOpenClFloat);
+    if (opencl_double_) on(*opencl_double_, 0.0, Precision::float64, kOpenClDouble);
 }
 
 template <typename Scalar>
@@ -147,9 +147,9 @@ void Bench::launch(Backend& backend, const KernelMaterial& material,
 Bench::Sums Bench::run(const KernelMaterial& material,
                        const std::array<double, kParameterCount>& parameters,
                        std::span<const double> points, std::span<const BatchRange> batches,
-                       std::span<const Place> places, bool on_opencl) {
+                       std::span<const Place> places) {
     Sums sums;
-    each(on_opencl, [&](Backend& backend, auto scalar, Precision, Arithmetic arithmetic) {
+    each([&](Backend& backend, auto scalar, Precision, Arithmetic arithmetic) {
         launch<decltype(scalar)>(backend, material, parameters, points, batches, places,
                                  sums[arithmetic]);
     });
@@ -161,7 +161,7 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
     const std::vector<double> nodes = quadrature_nodes({}, order);
     const std::size_t stride = padded(places.size());
     Sums sums;
-    each(true, [&](Backend& backend, auto scalar, Precision precision, Arithmetic arithmetic) {
+    each([&](Backend& backend, auto scalar, Precision precision, Arithmetic arithmetic) {
         using Scalar = decltype(scalar);
         const std::vector<Scalar> texels = texels_of<Scalar>(places);
         const std::vector<Scalar> own(nodes.begin(), nodes.end());
@@ -173,6 +173,23 @@ Bench::Sums Bench::run(Masking masking, std::span<const Place> places) {
             for (std::size_t i = 0; i < places.size(); ++i)
                 sums[arithmetic].push_back(static_cast<double>(values[plane * stride + i]));
         evaluations_ += places.size() * quadrature_evaluations(kind, order);
+    });
+    return sums;
+}
+
+Bench::Sums Bench::run(QuadratureKind kind, const QuadratureParameters& parameters,
+                       std::span<const Place> places, bool on_opencl) {
+    std::vector<double> NoV, alpha;
+    for (const Place& place : places) NoV.push_back(place.NoV), alpha.push_back(place.alpha);
+    Sums sums;
+    each([&](Backend& backend, auto, Precision precision, Arithmetic arithmetic) {
+        if (is_opencl(arithmetic) && !on_opencl) return;
+        kind.precision = precision;
+        const QuadratureResult result =
+            integrate_quadrature(backend, kind, {NoV, alpha, parameters, {}}, {1e-9, 0});
+        sums[arithmetic] = result.E;
+        sums[arithmetic].insert(sums[arithmetic].end(), result.B.begin(), result.B.end());
+        evaluations_ += result.evaluations;
     });
     return sums;
 }

@@ -172,9 +172,7 @@ Truth sampled_truth(const Lobe& lobe, const Place& place, std::size_t term) {
 Pointwise sampled_pointwise(const Lobe& lobe) {
     const JobSpec job = job_of(lobe);
     Pointwise p{"Sampled albedos", name_of(lobe), name_of(lobe), lobe_of(job)};
-    p.material.general = is_smith_ggx(lobe) ? 0 : 1;
-    // Programs that stand already: the fast path's, and those of lobes_part().
-    p.on_opencl = is_smith_ggx(lobe) || lobe.distribution == Distribution::charlie;
+    p.material.general = is_smith_ggx(lobe) ? 0 : kAnyMaterial;
     p.parameters[kExponentParameter] = 5;
     p.terms = {{kWeight, "E"}, {kSchlick, "B"}, {kDeficit, "1 - E"}};
     p.places = sampled_places(lobe);
@@ -194,8 +192,8 @@ Part quadrature_part() {
 Part sampled_part() {
     Part part;
     for (const Lobe& lobe : lobes())
-        if (sampled_pointwise(lobe).on_opencl)
-            part.programs.push_back({material_of(sampled_pointwise(lobe)), Precision::float32});
+        part.programs.push_back(
+            Specialisation{material_of(sampled_pointwise(lobe)), Precision::float32});
     part.run = [](Bench& bench, Findings& findings) {
         for (const Lobe& lobe : lobes()) {
             const Pointwise p = sampled_pointwise(lobe);

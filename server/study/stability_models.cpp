@@ -22,15 +22,15 @@ std::vector<Place> grid(std::span<const double> alphas) {
     return places;
 }
 
-std::vector<Specialisation> programs_of(const std::vector<Pointwise>& all) {
-    std::vector<Specialisation> programs;
+std::vector<KernelKind> programs_of(const std::vector<Pointwise>& all) {
+    std::vector<KernelKind> programs;
     for (const Pointwise& p : all)
-        if (p.on_opencl) programs.push_back({material_of(p), Precision::float32});
+        programs.push_back(Specialisation{material_of(p), Precision::float32});
     return programs;
 }
 
 Part part_of(std::vector<Pointwise> all) {
-    std::vector<Specialisation> programs = programs_of(all);
+    std::vector<KernelKind> programs = programs_of(all);
     return {std::move(programs), [all = std::move(all)](Bench& bench, Findings& findings) {
                 for (const Pointwise& p : all) run(bench, p, findings);
             }};
@@ -73,7 +73,7 @@ std::array<double, kPointScalars> half_vector_point(double cos_phi, double u) {
 /// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
 Pointwise reflected(const FresnelRow& row) {
     Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
-    p.material = {.fresnel = fresnel_function(row.model), .general = 1};
+    p.material = {.fresnel = fresnel_function(row.model), .general = kAnyMaterial};
     set_fresnel(p, row.model, 0);
     // F0 + (F90 - F0) (1 - VoH)^n and the like are sums to which 1 is large.
     const Fresnel model = row.model.model;
@@ -99,11 +99,10 @@ Pointwise transmitted(const FresnelRow& row) {
     Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
     p.material = {.importance = static_cast<int>(Importance::cosine),
                   .fresnel = fresnel_function(row.model),
-                  .general = 1};
+                  .general = kAnyMaterial};
     set_fresnel(p, row.model, 0);
     p.parameters[kAlbedoParameter] = 1;
     p.terms = {{kTransmitted, "1 - F", one}};  // a difference from 1
-    p.on_opencl = false;
     p.points = {{"L = N", {1, 1, 0, 0}}, {"L at the horizon", {-1, 0, 1, 0}}};
     for (const double NoV : {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 1.0}) p.places.push_back({NoV, 0});
     p.column = [](const Place& place) { return plain(place.NoV); };
@@ -117,7 +116,7 @@ Pointwise lobe_value(const Lobe& lobe) {
     const bool charlie = lobe.distribution == Distribution::charlie;
     if (!charlie) job.importance = Importance::cosine;
     Pointwise p{"Lobes: pi D V", name_of(lobe), name_of(lobe), lobe_of(job)};
-    p.material.general = 1;
+    p.material.general = kAnyMaterial;
     p.material.terms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit;  // as sampled_part() has it
     p.parameters[kExponentParameter] = 5;
     // Its masking is the exponential of up to 14 (softened, 42), made in some eight operations.
@@ -157,7 +156,7 @@ Pointwise diffuse_value(DiffuseModel model) {
     Pointwise p{"Diffuse: pi f", name, name, {}};
     p.material = {.importance = static_cast<int>(Importance::cosine),
                   .diffuse = static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert),
-                  .general = 1};
+                  .general = kAnyMaterial};
     const double albedos[] = {0, 0.5, 1};
     for (std::size_t c = 0; c < 3; ++c) {
         p.parameters[kAlbedoParameter + c] = albedos[c];

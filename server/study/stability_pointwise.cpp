@@ -115,8 +115,7 @@ void run(Bench& bench, const Pointwise& p, Findings& findings) {
         batches.push_back({static_cast<unsigned>(batches.size()), 1});
         points.insert(points.end(), point.begin(), point.end());
     }
-    const Bench::Sums sums =
-        bench.run(material, p.parameters, points, batches, p.places, p.on_opencl);
+    const Bench::Sums sums = bench.run(material, p.parameters, points, batches, p.places);
     Judge single(p, material, kSingle), in_double(p, material, kDouble);
     const std::vector<Pointwise::Term>& terms = p.terms;
     for (std::size_t b = 0; b < p.points.size(); ++b) {

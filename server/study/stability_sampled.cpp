@@ -49,7 +49,7 @@ Pointwise diffuse_pointwise(DiffuseModel model) {
     Pointwise p{"Diffuse albedos", name, name, {}};
     p.material = {.importance = static_cast<int>(Importance::cosine),
                   .diffuse = static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert),
-                  .general = 1};
+                  .general = kAnyMaterial};
     for (std::size_t c = 0; c < 3; ++c) {
         p.parameters[kAlbedoParameter + c] = kAlbedos[c];
         p.terms.push_back({kDiffuse + c, "albedo " + plain(kAlbedos[c])});
@@ -102,8 +102,7 @@ void run_sampled(Bench& bench, const Pointwise& p, PointKind kind, Findings& fin
                  const TruthOf& truth) {
     const KernelMaterial material = material_of(p);
     const PointSet set = make_points(Sampler::sobol_owen, kind, bench.job().seed, kSamples);
-    const Bench::Sums sums =
-        bench.run(material, p.parameters, set.values, set.batches, p.places, p.on_opencl);
+    const Bench::Sums sums = bench.run(material, p.parameters, set.values, set.batches, p.places);
     for (std::size_t t = 0; t < p.terms.size(); ++t)
         for (std::size_t i = 0; i < p.places.size(); ++i) {
             bench.look();
@@ -131,7 +130,8 @@ void run_sampled(Bench& bench, const Pointwise& p, PointKind kind, Findings& fin
 Part diffuse_albedo_part() {
     Part part;
     for (const DiffuseModel model : diffuse_lobes())
-        part.programs.push_back({material_of(diffuse_pointwise(model)), Precision::float32});
+        part.programs.push_back(
+            Specialisation{material_of(diffuse_pointwise(model)), Precision::float32});
     part.run = [](Bench& bench, Findings& findings) {
         for (const DiffuseModel model : diffuse_lobes())
             run_sampled(bench, diffuse_pointwise(model), PointKind::cosine_diffuse, findings,

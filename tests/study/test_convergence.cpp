@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 
+#include "server/study/honest.h"
 #include "tests/reference/reference.h"
 #include "tests/study/studying.h"
 
@@ -80,8 +81,21 @@ TEST(Convergence, QuadratureIsFarBelowEveryCurve) {
     EXPECT_LE(number(table, table.rows.size() - 1, "error_max"), 1e-6);
 }
 
-TEST(Convergence, ReportedErrorsAreHonest) {
-    EXPECT_TRUE(verdict(study(), "reported errors are honest").holds);
+// Tables of F at 5 and 1 %: Abramowitz, Stegun 1964, table 26.9.
+TEST(Convergence, QuantilesOfFAreThoseOfTheTables) {
+    EXPECT_NEAR(f_quantile(3, 40, 0.05), 2.84, 0.005);
+    EXPECT_NEAR(f_quantile(3, 60, 0.01), 4.13, 0.005);
+    EXPECT_NEAR(f_quantile(1, 30, 0.05), 4.17, 0.005);
+    EXPECT_NEAR(honest_ratio(3, 16, 1) * honest_ratio(3, 16, 1), f_quantile(3, 45, 0.05), 1e-6);
+}
+
+// What is reported holds, and half of it would not: the limit is no wider than the figures need.
+TEST(Convergence, ReportedErrorsAreHonestAndLowerOnesAreSeen) {
+    const Verdict& honest = verdict(study(), "reported errors are honest");
+    EXPECT_TRUE(honest.holds) << honest.words;
+    EXPECT_NEAR(honest.bound.value(), honest_ratio(3, 16, 16 * 8), 1e-9);
+    EXPECT_LT(honest.bound.value(), 3);
+    EXPECT_GT(2 * honest.value.value(), honest.bound.value());
 }
 
 }  // namespace

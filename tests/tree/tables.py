@@ -40,7 +40,8 @@ ARROWS = {
     "server/store/": ["server/base/"],
     "server/compute/": ["kernels/", "server/spec/", "server/base/"],
     "server/image/": ["server/spec/", "server/base/", "server/compute/table.h"],
-    "server/study/": ["kernels/", "server/compute/", "server/spec/", "server/base/"],
+    "server/study/": ["kernels/", "server/measured/", "server/compute/", "server/spec/",
+                      "server/base/"],
     "server/worker/": ["server/spec/", "server/store/", "server/compute/", "server/image/",
                        "server/study/", "server/measured/", "server/settings/", "server/base/"],
     # What the client shares: no store.
