@@ -27,7 +27,7 @@ std::vector<double> every(double from, double to, double step) {
 }
 
 std::string file_of(std::vector<double> phi_in, std::size_t nodes = 49) {
-    return synthetic::rgl_file(kBrushed, {{}, nullptr, nodes, std::move(phi_in)});
+    return synthetic::rgl_file(kBrushed, {{}, nullptr, nodes, std::move(phi_in), {}});
 }
 
 /// A file of a quadrant, in steps of 15 degrees.
