@@ -92,8 +92,9 @@ void add_incidence(Cloud& cloud, const RglBrdf& brdf, double theta_i, double phi
 }
 
 std::string symmetry_words(const RglBrdf& brdf) {
-    if (brdf.isotropic()) return "isotropic";
     switch (brdf.symmetry()) {
+        case TurnSymmetry::any_turn:
+            return "isotropic";
         case TurnSymmetry::none:
             return "anisotropic";
         case TurnSymmetry::half_turn:

@@ -251,7 +251,6 @@ TEST(Readers, RecogniseTheirOwnAndNoOther) {
         }
     }
     EXPECT_NE(refusal("hello", "unknown_measurement").find("MERL"), std::string::npos);
-    EXPECT_NE(refusal("", "unknown_measurement").find("MERL"), std::string::npos);
 }
 
 TEST(Readers, ExcelIsRefusedForAReason) {
