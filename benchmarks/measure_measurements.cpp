@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // measure_measurements [FILE...]: what each step from a measured file to an image costs, as rows of
-// Markdown: seconds (the least of some runs) and peak memory beyond that before the step, for the
-// files and for synthetic ones of growing size. Each file in a process of its own.
+// Markdown: the work of all cores together (the least of some runs, which others on the machine
+// hardly move) and peak memory beyond that before the step, for the files and for synthetic ones of
+// growing size. Each file in a process of its own.
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -25,7 +26,6 @@ namespace {
 
 using namespace kiln;
 using namespace kiln::measured;
-using Clock = std::chrono::steady_clock;
 
 constexpr int kRuns = 3;
 
@@ -47,10 +47,10 @@ template <class Step>
 void measure(Cost& cost, const Step& step) {
     const double before = status_mib("VmRSS:");
     reset_peak();
-    const Clock::time_point start = Clock::now();
+    const std::clock_t start = std::clock();
     step();
     cost.seconds =
-        std::min(cost.seconds, std::chrono::duration<double>(Clock::now() - start).count());
+        std::min(cost.seconds, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     cost.mib = std::max(cost.mib, status_mib("VmHWM:") - before);
 }
 

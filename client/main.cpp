@@ -196,6 +196,7 @@ void add_measure(CLI::App& app, Arguments& arguments) {
         .add_option("--error-map", arguments.fit.error_map,
                     ".png or .exr: where each model misses, about the mirror direction")
         ->type_name("FILE");
+    add_phi_in(fit_command, arguments.fit.phi_in);
     add_json(fit_command, arguments);
     fit_command.footer("Example:\n  kiln measure fit paint.bsdf --error-map misses.png");
     fit_command.callback([&arguments] {

@@ -9,7 +9,7 @@
 #include "server/measured/bounds.h"
 #include "server/measured/fits.h"
 #include "server/measured/physics.h"
-#include "server/measured/predicted_error.h"
+#include "server/measured/slices.h"
 #include "server/measured/views.h"
 
 namespace kiln::client {
@@ -125,11 +125,12 @@ Exit measure_fit(const FitOptions& options) {
     if (!options.error_map.empty())
         write_output(options.error_map, error_map_file(fits, material, tables, resampler,
                                                        extension_of(options.error_map)));
-    const PredictedError predicted = predict_error(material);
+    const SliceLayout layout;
+    const double predicted =
+        make_slices(layout, {&material}).accounts[0].predicted.between_incidences();
     if (options.json) {
         std::printf("{\"fits\": [%s, %s], \"predicted_error_of_a_table\": %.6g}\n",
-                    fit_json(fits[0]).c_str(), fit_json(fits[1]).c_str(),
-                    predicted.between_incidences());
+                    fit_json(fits[0]).c_str(), fit_json(fits[1]).c_str(), predicted);
         return Exit::done;
     }
     std::vector<std::vector<std::string>> rows{
@@ -141,8 +142,10 @@ Exit measure_fit(const FitOptions& options) {
                         percent(fit.error), percent(fit.error_worst)});
     for (const std::string& line : columns(rows)) std::printf("%s\n", line.c_str());
     std::printf(
-        "\nA table of this file would be off by %s, as its own points predict each other.\n",
-        percent(predicted.between_incidences()).c_str());
+        "\nThe usual table of this file, %zu slices of %zu x %zu texels, would be off by %s, as "
+        "the "
+        "file's own points predict.\n",
+        layout.theta_in.size(), layout.width, layout.height, percent(predicted).c_str());
     return Exit::done;
 }
 

@@ -31,9 +31,10 @@ void write(cairo_t* pen, const Words& words) {
     double x = words.x;
     if (words.swatch) {
         choose(pen, *words.swatch);
-        cairo_set_line_width(pen, 0.3 * words.size);
-        cairo_move_to(pen, x, words.y - 0.35 * words.size);
-        cairo_rel_line_to(pen, 1.3 * words.size, 0);
+        cairo_rectangle(pen, x, words.y - 0.5 * words.size, 1.3 * words.size, 0.3 * words.size);
+        cairo_fill_preserve(pen);
+        choose(pen, words.ink);  // white materials are told from the paper by an edge
+        cairo_set_line_width(pen, 0.05 * words.size);
         cairo_stroke(pen);
         x += 1.8 * words.size;
     }

@@ -48,6 +48,7 @@ enum class TurnSymmetry {
     none,
     half_turn,
     two_planes,  ///< mirrored in x and in y; a half turn is both
+    any_turn,    ///< isotropic, as the format has it: light from any azimuth is like any other
 };
 
 /// One side, direction of scattering and kind of spectrum of a file.

@@ -61,7 +61,7 @@ struct JobProduct::State {
     explicit State(const JobSpec& of) : job(of), grid(slice_grid(of)) {
         if (is_view(job.kind)) {
             picture = {grid.width(), grid.height(), {}};
-            picture.rgb.assign(3 * picture.width * picture.height, kUnused);
+            picture.rgb.resize(3 * picture.width * picture.height);
             return;
         }
         table.width = grid.width();
@@ -140,6 +140,9 @@ struct JobProduct::State {
         } else {
             view = sphere_view(tables, frame, resampler);
         }
+        if (materials.empty())  // cells that no material takes go on from the first one's corner
+            for (std::size_t n = 0; n < picture.rgb.size(); ++n)
+                picture.rgb[n] = view.picture.rgb[n % 3];
         const SliceGrid::Place at = grid.place(0, materials.size(), 0);
         for (std::size_t y = 0; y < frame.height; ++y)
             std::copy_n(view.picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * y * frame.width),
@@ -172,8 +175,6 @@ struct JobProduct::State {
         made["materials"] = materials;
         return made;
     }
-
-    static constexpr std::uint8_t kUnused = 110;  ///< of cells that no material takes
 };
 
 JobProduct::JobProduct(const JobSpec& job) : state_(std::make_unique<State>(job)) {}

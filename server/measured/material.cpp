@@ -64,10 +64,7 @@ Material::Material(const Component& component, Extrapolation extrapolation, Unde
     colour_ = colouring.words;
     std::vector<Incidence> incidences = incidences_of(component, usual_theta_in());
     for (Incidence& one : incidences) one.values = colouring.seen(one.values);
-    // A table over half and difference angles has no azimuth of the light.
-    if (component.grid.phi_d > 0 && phi_in)
-        throw Error("unfit_measurement",
-                    "a table over half and difference angles has no phi_in; leave it out");
+    if (component.symmetry == TurnSymmetry::any_turn) phi_in.reset();
     for (const Incidence& one : at_azimuth(incidences, component.symmetry, 3, phi_in, azimuths_)) {
         if (!lobes_.empty() && lobes_.back().theta_i == one.theta_i) continue;
         Hemisphere hemisphere(one, 3);

@@ -76,6 +76,7 @@ Reading read_merl_of(std::string_view bytes, const MerlSizes& sizes) {
         fail_at_byte(bytes.size(), "the file has " + std::to_string(bytes.size()) +
                                        " bytes, its sizes ask for " + std::to_string(expected));
     Component part{"reflection front", {}, {sizes.theta_h, sizes.theta_d, azimuths}};
+    part.symmetry = TurnSymmetry::any_turn;
     Cloud& cloud = part.cloud;
     cloud.channels = {"R", "G", "B"};
     cloud.values.reserve(3 * cells);

@@ -72,11 +72,30 @@ void judge_reciprocity(const LobeTables& tables, Resampler& resampler, Physics& 
     physics.measured = judged(measured, off[1], sum[1]);
 }
 
-/// Even steps of theta_in; the table's E has kinks at its lobes alone.
-std::vector<double> degrees(double step) {
+/// Steps that go into 90 degrees evenly, and the measured incidences, where E has its kinks.
+std::vector<double> degrees(double step, const LobeTables& tables) {
+    constexpr double kSame = 1e-3;
     std::vector<double> list;
     for (double theta = 0; theta <= 90; theta += step) list.push_back(theta);
+    for (const std::size_t lobe : tables.measured) {
+        const double theta = tables.theta_in[lobe];
+        const auto above = std::lower_bound(list.begin(), list.end(), theta - kSame);
+        if (above == list.end() || *above > theta + kSame) list.insert(above, theta);
+    }
     return list;
+}
+
+/// The most of what was found within less than a degree of each whole one: the scale between two
+/// degrees is made of both.
+std::vector<double> most_by_degree(const std::vector<double>& theta_in,
+                                   const std::vector<Material::Albedo>& found) {
+    std::vector<double> most(91, 0.0);
+    for (std::size_t n = 0; n < theta_in.size(); ++n)
+        for (const double at : {std::floor(theta_in[n]), std::ceil(theta_in[n])}) {
+            double& e = most[static_cast<std::size_t>(std::min(at, 90.0))];
+            e = std::max(e, largest(found[n]));
+        }
+    return most;
 }
 
 }  // namespace
@@ -101,7 +120,7 @@ Companion companion_of(const LobeTables& tables, std::size_t width, Resampler& r
 
 Physics physics_of(const LobeTables& tables, Resampler& resampler) {
     Physics physics;
-    physics.theta_in = degrees(5);
+    physics.theta_in = degrees(5, tables);
     physics.albedo = resampler.albedos(tables, physics.theta_in);
     for (std::size_t n = 0; n < physics.albedo.size(); ++n)
         if (largest(physics.albedo[n]) > physics.albedo_max) {
@@ -114,7 +133,7 @@ Physics physics_of(const LobeTables& tables, Resampler& resampler) {
 }
 
 std::vector<double> conserve(LobeTables& tables, Resampler& resampler) {
-    const std::vector<double> theta_in = degrees(1);
+    const std::vector<double> theta_in = degrees(1, tables);
     std::vector<double> scale(kMeasuredCurve, 1.0);
     tables.make_symmetric(scale);
     // Towards s E = 1 where light would be made, from both sides; the last rounds only darken, and
@@ -124,15 +143,16 @@ std::vector<double> conserve(LobeTables& tables, Resampler& resampler) {
     for (int round = 0; round < kRounds; ++round) {
         const bool last = round >= kRounds - kDarkening;
         const auto found = resampler.albedos(tables, theta_in, last ? AlbedoRule{} : kRough);
+        const std::vector<double> most = most_by_degree(theta_in, found);
         bool conserves = true;
-        for (std::size_t n = 0; n < theta_in.size(); ++n) {
-            const double e = largest(found[n]);
+        for (std::size_t n = 0; n < most.size(); ++n) {
+            const double e = most[n];
             conserves = conserves && e <= 1 && scale[n] >= 1;
             // Half a step each, for the light's scale and the view's both count.
             const double step = last ? std::max(1.0, e) : std::sqrt(e);
             if (e > 0) scale[n] = std::min(1.0, scale[n] / step);
         }
-        scale.back() = scale[theta_in.size() - 1];
+        scale.back() = scale[most.size() - 1];
         tables.make_symmetric(scale);
         if (conserves && !last) round = kRounds - kDarkening - 1;
     }

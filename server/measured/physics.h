@@ -24,7 +24,8 @@ struct Reciprocity {
     double p95 = 0;
 };
 struct Physics {
-    std::vector<double> theta_in;                    ///< degrees, 0 … 90
+    /// Degrees: every 5 from 0 to 90, and the measured incidences.
+    std::vector<double> theta_in;
     std::vector<Material::Albedo> albedo;            ///< at these
     double albedo_max = 0, albedo_max_theta_in = 0;  ///< of all channels
     double extrapolated = 0;                         ///< share of the average albedo

@@ -39,10 +39,16 @@ constexpr std::array<Known, 11> kKnown = {{
 }  // namespace
 
 void refuse_known(std::string_view bytes) {
+    if (bytes.empty()) throw Error("unreadable_measurement", "the file is empty");
     for (const Known& known : kKnown)
         if (known.in_line ? line_starts(bytes, known.start) : bytes.starts_with(known.start))
             throw Error("unreadable_measurement",
                         "this is " + std::string(known.what) + ": " + std::string(known.why));
+    const std::size_t first = bytes.find_first_not_of(" \t\r\n");
+    if (first != bytes.npos && bytes[first] == '{')
+        throw Error("unreadable_measurement",
+                    "this begins as JSON, but theta_i and BRDF of BiRD's universal format are not "
+                    "both in it; it may have been cut off");
 }
 
 }  // namespace kiln::measured

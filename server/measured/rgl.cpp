@@ -92,8 +92,9 @@ void add_incidence(Cloud& cloud, const RglBrdf& brdf, double theta_i, double phi
 }
 
 std::string symmetry_words(const RglBrdf& brdf) {
-    if (brdf.isotropic()) return "isotropic";
     switch (brdf.symmetry()) {
+        case TurnSymmetry::any_turn:
+            return "isotropic";
         case TurnSymmetry::none:
             return "anisotropic";
         case TurnSymmetry::half_turn:
@@ -102,6 +103,13 @@ std::string symmetry_words(const RglBrdf& brdf) {
             return "anisotropic, mirrored in x and y";
     }
     return {};
+}
+
+/// What the bits of `valid` stand for, by the share that is set above the horizon and below.
+const char* mask_words(std::array<double, 2> set) {
+    constexpr double kClear = 0.5;  // real files: .89 to .98 between the two
+    if (std::abs(set[0] - set[1]) < kClear) return "the bits tell nothing of the horizon";
+    return set[0] > set[1] ? "bit 1 is above the horizon" : "bit 1 is below the horizon";
 }
 
 void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found, bool divide,
@@ -131,11 +139,10 @@ void explain(Understood& account, const RglBrdf& brdf, const Reciprocity& found,
                           " to " + in_words(nm.back()) + " nm");
     const auto valid = brdf.valid_share();
     if (std::isfinite(valid[0]) && std::isfinite(valid[1]))
-        account.found(
-            "mask",
-            valid[0] > valid[1] ? "bit 1 is above the horizon" : "bit 1 is below the horizon",
-            "set in " + in_words(100 * valid[0]) + " % of the places above and in " +
-                in_words(100 * valid[1]) + " % of those below; the horizon is taken from geometry");
+        account.found("mask", mask_words(valid),
+                      "set in " + in_words(100 * valid[0]) + " % of the places above and in " +
+                          in_words(100 * valid[1]) +
+                          " % of those below; the horizon is taken from geometry");
     if (brdf.last_is_copy()) {
         const std::string last = in_words(brdf.theta_i().back());
         account.found(

@@ -142,8 +142,9 @@ void RglBrdf::load_azimuths(std::string_view bytes, const TensorField& field) {
                     "azimuths of the light from " + in_words(phi_i_.front()) + " to " +
                         in_words(phi_i_.back()) +
                         " degrees; a whole turn, a half one or a quadrant are read");
-    if (parts == 2) symmetry_ = TurnSymmetry::half_turn;
-    if (parts == 4) symmetry_ = TurnSymmetry::two_planes;
+    symmetry_ = parts == 4   ? TurnSymmetry::two_planes
+                : parts == 2 ? TurnSymmetry::half_turn
+                             : TurnSymmetry::none;
 }
 
 bool RglBrdf::repeats_last_slice() const {

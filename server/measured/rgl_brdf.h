@@ -74,7 +74,7 @@ class RglBrdf {
     void into_range(Vec& in, Vec& out) const;
 
     std::vector<double> theta_i_, wavelengths_, phi_i_{0};
-    TurnSymmetry symmetry_ = TurnSymmetry::none;
+    TurnSymmetry symmetry_ = TurnSymmetry::any_turn;
     bool last_is_copy_ = false;
     bool jacobian_ = true;
     NodeTable vndf_, rgb_, ndf_, sigma_;  ///< rgb has three slices an incidence

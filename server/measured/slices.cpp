@@ -56,13 +56,17 @@ void fill_account(const SliceLayout& layout, const Material& material, const Lob
     account.interpolated = static_cast<double>(origins[1]) / above;
     account.extrapolated = static_cast<double>(origins[2]) / above;
     account.albedo = resampler.albedos(tables, layout.theta_in);
+    bool told = false;
+    const auto tell_of = [&](double theta_in, double albedo) {
+        account.warnings.push_back("the albedo at theta_in = " + in_words(theta_in) + " is " +
+                                   in_words(albedo) + ": more light leaves than came");
+        told = true;
+    };
     for (std::size_t s = 0; s < layout.theta_in.size(); ++s) {
         const double theta_in = layout.theta_in[s];
         const Colour& e = account.albedo[s].value;
-        if (*std::max_element(e.begin(), e.end()) > 1)
-            account.warnings.push_back("the albedo at theta_in = " + in_words(theta_in) + " is " +
-                                       in_words(*std::max_element(e.begin(), e.end())) +
-                                       ": more light leaves than came");
+        const double most = *std::max_element(e.begin(), e.end());
+        if (most > 1) tell_of(theta_in, most);
         if (theta_in > material.theta_in_max() + 1e-6)
             account.warnings.push_back("theta_in = " + in_words(theta_in) +
                                        " lies beyond the last measured incidence, " +
@@ -70,6 +74,8 @@ void fill_account(const SliceLayout& layout, const Material& material, const Lob
     }
     account.average = resampler.average_albedo(tables);
     account.physics = layout.conserve ? physics_of(tables, resampler) : account.measured_physics;
+    if (account.physics.albedo_max > 1 && !told)
+        tell_of(account.physics.albedo_max_theta_in, account.physics.albedo_max);
 }
 
 /// Sums of |look-up - f| cos(theta_o) and of f cos(theta_o) where f was measured.

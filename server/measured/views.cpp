@@ -129,6 +129,29 @@ std::vector<Words> lobe_words(const Frame& frame, double side, const Colour& tin
     return words;
 }
 
+/// How much of the surroundings of each node is extrapolated: the border between the two colours is
+/// then as smooth as the mesh allows, where nodes alone would give its corners teeth.
+std::vector<double> extrapolated_shares(const Sampled& found) {
+    std::vector<double> share;
+    for (const float origin : found.origin) share.push_back(origin < 1.5f ? 0 : 1);
+    constexpr int kRounds = 3;
+    for (int round = 0; round < kRounds; ++round) {
+        const std::vector<double> last = share;
+        for (std::size_t ring = 1; ring <= Mesh::kRings; ++ring)
+            for (std::size_t spoke = 0; spoke < Mesh::kSpokes; ++spoke) {
+                double sum = 0;
+                for (std::size_t dr = 0; dr < 3; ++dr)
+                    for (std::size_t ds = 0; ds < 3; ++ds) {
+                        const std::size_t r = std::min(ring + dr - 1, Mesh::kRings);
+                        const std::size_t s = (spoke + Mesh::kSpokes + ds - 1) % Mesh::kSpokes;
+                        sum += (dr == 1 ? 2 : 1) * (ds == 1 ? 2 : 1) * last[r * Mesh::kSpokes + s];
+                    }
+                share[ring * Mesh::kSpokes + spoke] = sum / 16;
+            }
+    }
+    return share;
+}
+
 /// Puts every direction at its distance and shades the surface by its normal.
 void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, bool root) {
     const Colour tint = tint_of(found), dark = guessed(tint);
@@ -138,6 +161,7 @@ void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, 
         mesh.place.push_back((root ? std::cbrt(length) : length) * mesh.out[n]);
     }
     const Vec lamp = unit(camera.towards + 0.9 * camera.up - 0.7 * camera.right);
+    const std::vector<double> beyond = extrapolated_shares(found);
     mesh.colour.resize(mesh.out.size());
     for (std::size_t ring = 0; ring <= Mesh::kRings; ++ring)
         for (std::size_t spoke = 0; spoke < Mesh::kSpokes; ++spoke) {
@@ -152,9 +176,8 @@ void shape(Mesh& mesh, const Sampled& found, const Camera& camera, double most, 
             if (dot(normal, camera.towards) < 0) normal = -1 * normal;
             const double shade = 0.28 + 0.72 * std::max(0.0, dot(normal, lamp));
             const double gloss = 0.25 * std::pow(std::max(0.0, dot(normal, lamp)), 40);
-            const bool measured = found.origin[n] < 1.5f;
             for (std::size_t k = 0; k < 3; ++k)
-                mesh.colour[n][k] = shade * (measured ? tint[k] : dark[k]) + gloss;
+                mesh.colour[n][k] = shade * (tint[k] + beyond[n] * (dark[k] - tint[k])) + gloss;
         }
 }
 

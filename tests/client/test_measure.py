@@ -148,6 +148,22 @@ class Measure(KilnTest):
         _, stderr = self.kiln("measure", "fit", "paint.csv", "--error-map", "e.tif", exit_status=2)
         self.assertIn("--error-map: name a file", stderr)
 
+    def test_fits_are_of_one_azimuth_or_of_the_mean(self):
+        """A Lambertian surface twice as bright for light along x."""
+        rows = ["theta_in,phi_in,theta_out,phi_out,value"]
+        for phi_in in range(0, 360, 90):
+            for theta_out in range(0, 90, 10):
+                for phi_out in range(0, 360, 30):
+                    value = 0.1 if phi_in % 180 else 0.2
+                    rows.append(f"60,{phi_in},{theta_out},{phi_out},{value}")
+        self.write("brushed.csv", "\n".join(rows) + "\n")
+        for arguments, value in ((["--phi-in", "0"], 0.2), (["--phi-in", "90"], 0.1), ([], 0.15)):
+            stdout, _ = self.kiln("measure", "fit", "brushed.csv", "--json", *arguments)
+            fit = json.loads(stdout)["fits"][0]
+            self.assertAlmostEqual(fit["diffuse"][0], math.pi * value, delta=0.01)
+        _, stderr = self.kiln("measure", "fit", "brushed.csv", "--phi-in", "400", exit_status=2)
+        self.assertIn("--phi-in", stderr)
+
     def test_companions_and_samplers_are_baked_from_files(self):
         self.write("paint.csv", lambertian())
         self.write("job.json", {"kind": "companion", "measured": {"data": "paint.csv"}})

@@ -82,6 +82,7 @@ std::string file_of(const Surface& surface, const RglLayout& layout) {
     std::string bits((valid.size() + 7) / 8, '\0');
     for (std::size_t n = 0; n < valid.size(); ++n)
         if (valid[n] > 0) bits[n / 8] = static_cast<char>(bits[n / 8] | (0x80 >> n % 8));
+    if (layout.mask) bits.assign(bits.size(), *layout.mask);
     std::vector<TensorPart> parts = {
         {"description", 1, {9}, "synthetic"},
         {"phi_i", 10, {azimuths}, floats(phi)},

@@ -27,7 +27,7 @@ std::vector<double> every(double from, double to, double step) {
 }
 
 std::string file_of(std::vector<double> phi_in, std::size_t nodes = 49) {
-    return synthetic::rgl_file(kBrushed, {{}, nullptr, nodes, std::move(phi_in)});
+    return synthetic::rgl_file(kBrushed, {{}, nullptr, nodes, std::move(phi_in), {}});
 }
 
 /// A file of a quadrant, in steps of 15 degrees.
@@ -248,6 +248,20 @@ TEST(Azimuths, OfAnIsotropicSurfaceAreAlike) {
             EXPECT_NEAR(between.value(30, direction(theta, phi), origin)[1] /
                             mean.value(30, direction(theta, phi), origin)[1],
                         1, 0.01);
+}
+
+/// A format that knows isotropic materials says that every phi_in is alike; a file that only
+/// happens to hold one azimuth does not.
+TEST(Azimuths, OfAFormatThatSaysIsotropicAreAllKnown) {
+    const synthetic::Brushed even{0.4, 0.4, 0.5, 0.2};
+    const std::string file = synthetic::rgl_file(even, {{}, nullptr, 17, {0}, {}});
+    const Material mean = material_of(file), turned = material_of(file, {}, 30);
+    EXPECT_TRUE(turned.goes_on_by_reciprocity());
+    Origin origin{};
+    for (const double theta : {10.0, 40.0, 85.0})
+        EXPECT_EQ(turned.value(theta, direction(40, 100), origin),
+                  mean.value(theta, direction(40, 100), origin));
+    EXPECT_THROW(material_of(synthetic::csv_file(even, {0, 30, 60}, {0}, 15), {}, 30), Error);
 }
 
 }  // namespace

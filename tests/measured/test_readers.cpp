@@ -251,12 +251,19 @@ TEST(Readers, RecogniseTheirOwnAndNoOther) {
         }
     }
     EXPECT_NE(refusal("hello", "unknown_measurement").find("MERL"), std::string::npos);
-    EXPECT_NE(refusal("", "unknown_measurement").find("MERL"), std::string::npos);
 }
 
 TEST(Readers, ExcelIsRefusedForAReason) {
     EXPECT_NE(refusal("\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "unreadable_measurement").find("CSV"),
               std::string::npos);
+}
+
+TEST(Readers, NothingAndOtherJsonAreCalledThat) {
+    EXPECT_EQ(refusal("", "unreadable_measurement"), "the file is empty");
+    const std::string bird = small_file("bird_json");
+    for (const std::string& text : {bird.substr(0, bird.find("theta_i")), std::string(" {}")})
+        EXPECT_NE(refusal(text, "unreadable_measurement").find("this begins as JSON"),
+                  std::string::npos);
 }
 
 TEST(Readers, SizeBombsAreRefusedBeforeTheyExpand) {
@@ -281,6 +288,33 @@ TEST(Readers, AllSayWhatTheyUnderstoodAndWhy) {
             ASSERT_NE(one, all.end()) << target.name << " " << what;
             EXPECT_FALSE(one->value.empty() || one->evidence.empty()) << target.name << " " << what;
         }
+    }
+}
+
+/// A mask of one bit alone is of no polarity, and no direction is lost by it.
+TEST(Rgl, AMaskOfOneBitTellsNothing) {
+    const auto read = [](std::optional<char> mask) {
+        RglLayout layout;
+        layout.mask = mask;
+        return read_measurement(rgl_file(kGloss, layout));
+    };
+    const auto mask_of = [](const Reading& reading) {
+        const std::vector<Finding>& all = reading.understood.findings;
+        return *std::find_if(all.begin(), all.end(),
+                             [](const Finding& one) { return one.what == "mask"; });
+    };
+    const Reading known = read({});
+    EXPECT_EQ(mask_of(known).value, "bit 1 is above the horizon");
+    for (const auto& [byte, share] : {std::pair('\0', "0"), std::pair('\xff', "100")}) {
+        const Reading reading = read(byte);
+        EXPECT_EQ(mask_of(reading).value, "the bits tell nothing of the horizon");
+        EXPECT_NE(mask_of(reading).evidence.find(std::string("set in ") + share +
+                                                 " % of the places "
+                                                 "above and in " +
+                                                 share + " % of those below"),
+                  std::string::npos)
+            << mask_of(reading).evidence;
+        EXPECT_EQ(reading.components[0].cloud.state, known.components[0].cloud.state);
     }
 }
 
