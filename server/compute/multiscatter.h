@@ -7,6 +7,7 @@ namespace kiln {
 /// and 1 − E_avg. The second bounce carries two Fresnel factors, so F_avg is squared; `linear` is
 /// the form of older slides.
 inline double multiscatter_fresnel(bool linear, double average, double deficit) {
+    if (average == 1) return 1;  // also of a lobe that sends nothing up, where it is 0 / 0
     return average * (linear ? 1 : average) * (1 - deficit) / (1 - average * deficit);
 }
 

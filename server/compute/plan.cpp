@@ -320,7 +320,10 @@ class Planner {
         if (!(terms & (1 << kSchlick | kColourTerms | kTransmittedTerms)) &&
             !(total && job_.coupling == Coupling::view))
             leave("Fresnel term", not_asked);
-        if (!(terms & 1 << kDeficit) && !scaled) leave("multiple-scattering term", not_asked);
+        const bool compensates = asks(Quantity::compensated_albedo) || total;
+        if (!(terms & 1 << kDeficit) && !scaled)
+            leave("multiple-scattering term",
+                  compensates ? "the job's multiscatter is none" : not_asked);
         if (matte)
             leave("sampling of the diffuse lobe",
                   "under coupling kelemen it returns the albedo of what the specular lobe leaves");

@@ -33,6 +33,7 @@ std::vector<AveragePiece> pieces_of(const QuadratureKind& kind, double alpha) {
     if (is_diffuse(kind)) return {{0, 1, 0.5}};
     const auto* lobe = std::get_if<LobeRule>(&kind.rule);
     if (lobe && is_charlie_fit(lobe->masking)) return {{0, 0.5, kTip}, {1, 0.5, kTip}};
+    if (!(alpha > 0)) return {{0, 1, 0.5}};
     if (lobe && lobe->distribution == static_cast<int>(Distribution::charlie))
         return {{0, 1, 0.5 * std::sqrt(alpha)}};
     return {{0, 1, std::min(0.7 * alpha, 0.5)}};

@@ -95,8 +95,9 @@ class Even {
             started = Clock::now();
         }
         if (const std::uint64_t bad = replicates.non_finite(); bad != 0)
-            throw non_finite(std::to_string(bad) + " values of the table are",
-                             region.draws[0].what.material.distribution);
+            throw non_finite(
+                "of the values of the table " + std::to_string(bad) + (bad == 1 ? " is" : " are"),
+                region.draws[0].what.material.distribution);
         s_.account.add_trace(std::move(trace));
         s_.account.count_samples(replicates.place_count() * set.samples(), set.samples());
         s_.account.integrate_s += elapsed;

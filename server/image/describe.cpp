@@ -115,6 +115,8 @@ std::string bounds(const Axis& axis) {
     return words;
 }
 
+bool is_sheen(Quantity quantity) { return quantity == Quantity::sheen_albedo; }
+
 std::string listed_slices(const Axis& axis) {
     std::string line = "z: " + text(to_word(axis.parameter)) + ", slice by slice";
     for (std::size_t i = 0; i < axis.values.size(); ++i)
@@ -177,6 +179,7 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
         return axis.values.empty() ? text(to_word(axis.grid)) : std::string("listed");
     };
 
+    const bool cloth = !any(job, reads_lobe) && any(job, is_sheen);
     Metadata out = {
         {"kiln.job", canonical(job)},
         {"kiln.quantities", joined(quantities, " ")},
@@ -185,8 +188,8 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
         {"kiln.grid", joined(per_axis(job, grid), ", ")},
         {"kiln.layout", job.layout},
         {"kiln.alpha_mapping", kAlphaMapping},
-        {"kiln.distribution", text(to_word(job.distribution))},
-        {"kiln.masking", text(to_word(job.masking))},
+        {"kiln.distribution", text(to_word(cloth ? Distribution::charlie : job.distribution))},
+        {"kiln.masking", text(to_word(cloth ? Masking::neubelt : job.masking))},
         {"kiln.fresnel", fresnel_words(job)},
         {"kiln.diffuse", diffuse_words(job)},
         {"kiln.coupling", text(to_word(job.coupling))},
@@ -201,7 +204,7 @@ Metadata describe(const JobSpec& job, const Provenance& provenance) {
     };
     if (job.integrator == Integrator::monte_carlo) {
         out.emplace_back("kiln.sampler", to_word(job.sampler));
-        out.emplace_back("kiln.importance", to_word(job.importance));
+        out.emplace_back("kiln.importance", to_word(cloth ? Importance::uniform : job.importance));
         out.emplace_back("kiln.sample_count", std::to_string(job.sample_count));
         out.emplace_back("kiln.seed", std::to_string(job.seed));
     }

@@ -23,16 +23,25 @@ double value_at(const Axis& axis, double t) {
     __builtin_unreachable();
 }
 
+/// Between two slices of a list: linear from one to the next, and level beyond the ends.
+double listed_value(const std::vector<double>& values, double slice) {
+    const auto last = static_cast<double>(values.size() - 1);
+    const double held = std::clamp(slice, 0.0, last), low = std::floor(held);
+    const double here = values[static_cast<std::size_t>(low)];
+    const double next = values[static_cast<std::size_t>(std::min(low + 1, last))];
+    return here + (next - here) * (held - low);
+}
+
 }  // namespace
 
 double axis_value(const Axis& axis, std::int64_t index, std::int64_t count) {
-    if (!axis.values.empty()) return axis.values[static_cast<std::size_t>(index)];
     if (!axis.at.empty())
         return axis_value_between(axis, axis.at[static_cast<std::size_t>(index)], axis.of);
     return axis_value_between(axis, static_cast<double>(index), count);
 }
 
 double axis_value_between(const Axis& axis, double texel, std::int64_t count) {
+    if (!axis.values.empty()) return listed_value(axis.values, texel);
     const double n = static_cast<double>(count);
     double t = axis.grid == Grid::center ? (texel + 0.5) / n : (count > 1 ? texel / (n - 1) : 0.0);
     if (axis.flip) t = 1 - t;

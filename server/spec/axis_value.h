@@ -10,7 +10,7 @@ namespace kiln {
 /// n of the axis, nodes at i / (n − 1) (a single node at 0), listed values where the list says. The
 /// one place that knows grid, mapping and flip.
 double axis_value(const Axis& axis, std::int64_t index, std::int64_t count);
-/// The same between texels of an axis that has no list: lookup at this distance, in texels, from
+/// The same between texels: lookup at this distance, in texels, from
 /// the first one.
 double axis_value_between(const Axis& axis, double texel, std::int64_t count);
 

@@ -2,6 +2,7 @@
 #include "server/spec/channels.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "server/spec/words.h"
 
@@ -51,8 +52,12 @@ int channel_count(const FresnelModel& model) {
 }
 
 namespace {
-/// A dielectric seen from inside, in any channel or slice.
+/// A dielectric seen from inside, in any channel or slice, or a conductor that is one.
 bool reflects_totally(const JobSpec& job) {
+    const auto& [eta, k] = std::tie(job.fresnel.eta, job.fresnel.k);
+    for (std::size_t c = 0; c < 3 && !eta.empty() && !k.empty(); ++c)
+        if (eta[eta.size() > 1 ? c : 0] < 1 && k[k.size() > 1 ? c : 0] == 0)
+            return job.fresnel.model == Fresnel::conductor;
     if (job.fresnel.model != Fresnel::dielectric) return false;
     const auto& ior = job.fresnel.ior;
     if (job.axes.size() > 2 && job.axes[2].parameter == Parameter::ior) return job.axes[2].lo < 1;
@@ -74,7 +79,8 @@ std::optional<std::string> quadrature_lacks(const JobSpec& job, Quantity quantit
     const bool under =
         total && job.coupling == Coupling::half_vector && job.diffuse.model != DiffuseModel::none;
     if (under && reflects_totally(job))
-        return "a diffuse lobe under an ior below 1 by coupling \"half_vector\": total reflection "
+        return "a diffuse lobe under an index below 1 by coupling \"half_vector\": total "
+               "reflection "
                "begins at a kink across its rule";
     return {};
 }

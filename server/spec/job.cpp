@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/spec/channels.h"
 #include "server/spec/contract.h"
@@ -36,6 +37,8 @@ class Reader {
             job_.layout = at("/layout").get<std::string>();
         read_fields();
         if (is_read(job_.kind, "layout")) read_layout();
+        if (job_.integrator == Integrator::quadrature && sound("/quantities", "/layout"))
+            check_quadrature();
         if (is_read(job_.kind, "measured")) read_measured(given_, document_, problems_, job_);
         if (is_read(job_.kind, "output")) read_output();
         check_work();
@@ -205,7 +208,8 @@ class Reader {
         const Json::json_pointer given(place);
         for (const char* field : {"mapping", "grid", "flip", "range"})
             if (given_.at(given).contains(field))
-                problems_.add(place + "/" + field, "says again where slices lie; values do");
+                problems_.add(place + "/" + field,
+                              "says again where slices lie, which values do; leave it out");
         if (index < 2)
             return problems_.add(place + "/values",
                                  "is a list of slices, of z alone; a shader "
@@ -215,6 +219,16 @@ class Reader {
         if (count > 0 && listed != count)
             problems_.add(place + "/values", "has " + std::to_string(listed) + " entries for " +
                                                  std::to_string(count) + " slices of resolution");
+    }
+
+    /// What quadrature has a rule for: kernels/quadrature.h.
+    void check_quadrature() {
+        std::set<std::string> reasons;
+        for (const Quantity quantity : job_.quantities)
+            if (const auto lack = quadrature_lacks(job_, quantity)) reasons.insert(*lack);
+        for (const std::string& reason : reasons)
+            problems_.add("/integrator", "\"quadrature\" has no rule for " + reason +
+                                             "; allowed here: monte_carlo");
     }
 
     /// z carries a number of the Fresnel model.

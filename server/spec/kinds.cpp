@@ -75,7 +75,7 @@ void prepare_study(JobSpec& job) {
         job.quantities = {Quantity::total_albedo};
         job.resolution = {kFurnaceAngles, kFurnaceRoughnesses};
         job.axes = layout_preset(JobSpec{}.layout)->axes;
-        // A mirror's lobe is no function, and Charlie has none at roughness 0.
+        // A mirror's lobe is no function.
         job.axes[1].lo = 0.1;
         job.axes[1].grid = Grid::node;
         job.layout = "custom";

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "server/spec/channels.h"
 #include "server/spec/words.h"
 
 namespace kiln {
@@ -49,6 +50,7 @@ std::vector<LayoutPreset> make_presets() {
          .channel_sets = {lerped,
                           {{split_sum_bias, directional_albedo, diffuse_albedo},
                            "with Disney's diffuse (burley) minus 0.5",
+                           DiffuseModel::burley,
                            {0, 0, 0.5}}}},
         {.name = "filament",
          .program = "Filament (cmgen --ibl-dfg: rows one texel high)",
@@ -101,6 +103,11 @@ std::string channels_of_set(const ChannelSet& set) {
     return text;
 }
 
+/// Whether the job's channels are those of the set: none of them in three colours.
+bool is_of(const ChannelSet& set, const JobSpec& job) {
+    return set.quantities == job.quantities && channels_of(job).size() == set.quantities.size();
+}
+
 }  // namespace
 
 std::span<const LayoutPreset> layout_presets() {
@@ -118,7 +125,7 @@ double added_by_shader(const JobSpec& job, Quantity quantity) {
     const LayoutPreset* preset = layout_preset(job.layout);
     if (!preset) return 0;
     for (const ChannelSet& set : preset->channel_sets) {
-        if (set.added.empty() || set.quantities != job.quantities) continue;
+        if (set.added.empty() || !is_of(set, job)) continue;
         const auto found = std::find(set.quantities.begin(), set.quantities.end(), quantity);
         if (found != set.quantities.end())
             return set.added[static_cast<std::size_t>(found - set.quantities.begin())];
@@ -148,7 +155,7 @@ std::vector<std::string> layout_warnings(const JobSpec& job) {
                            std::string(to_word(job.masking)));
     const auto& sets = preset->channel_sets;
     const bool read = std::any_of(sets.begin(), sets.end(), [&](const ChannelSet& set) {
-        return set.quantities == job.quantities;
+        return is_of(set, job) && (!set.diffuse || job.diffuse.model == *set.diffuse);
     });
     // Another distribution is a table of its own (cloth, sheen), for a channel of the program's.
     if (read || job.distribution != Distribution::ggx) return warnings;

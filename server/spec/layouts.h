@@ -14,7 +14,8 @@ namespace kiln {
 struct ChannelSet {
     std::vector<Quantity> quantities;
     std::string table;  ///< the program's own word for that table, and what Kiln does not store
-    std::vector<double> added{};  ///< what its shader adds to each; empty: nothing
+    std::optional<DiffuseModel> diffuse{};  ///< of diffuse_albedo, where it is one of them
+    std::vector<double> added{};            ///< what its shader adds to each; empty: nothing
 };
 
 /// How one program reads its table. The name of a preset is what a job stores.

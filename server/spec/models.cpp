@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "server/spec/channels.h"
 #include "server/spec/json_text.h"
@@ -200,16 +199,6 @@ class Models {
             job_.diffuse.albedo = numbers_of(document_["diffuse"]["albedo"]);
     }
 
-    /// What quadrature has a rule for: kernels/quadrature.h.
-    void check_quadrature() {
-        std::set<std::string> reasons;
-        for (const Quantity quantity : job_.quantities)
-            if (const auto lack = quadrature_lacks(job_, quantity)) reasons.insert(*lack);
-        for (const std::string& reason : reasons)
-            add("/integrator",
-                "\"quadrature\" has no rule for " + reason + "; allowed here: monte_carlo");
-    }
-
     /// A walk over facets has an albedo, but no closed form at a pair of directions.
     void check_simulated() {
         if (!std::count(job_.quantities.begin(), job_.quantities.end(), Quantity::total_albedo))
@@ -228,7 +217,6 @@ class Models {
 
     void check_together() {
         if (!problems_.sound("/quantities")) return;
-        if (job_.integrator == Integrator::quadrature) check_quadrature();
         for (const Quantity quantity : job_.quantities) {
             const bool diffuse_alone = quantity == Quantity::diffuse_albedo ||
                                        quantity == Quantity::diffuse_average_albedo;

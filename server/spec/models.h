@@ -9,7 +9,7 @@ namespace kiln {
 
 /// Reads the lobe, Fresnel, diffuse, coupling and multiscatter fields of a walked document into
 /// `job`, with the defaults that depend on other fields, and adds what makes no sense together to
-/// `problems`. Quantities and axes are read already.
+/// `problems`. Quantities are read already.
 void read_models(const nlohmann::json& document, ProblemList& problems, JobSpec& job);
 
 /// The same fields of the canonical document: what a model reads and nothing else.

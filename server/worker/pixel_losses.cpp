@@ -26,8 +26,9 @@ void tell_pixel_losses(Report& report, const std::vector<std::string>& channels,
             entry_of(report, channels[c]).quantisation_max = encoded.quantisation_max[c];
         if (c < encoded.clamped.size() && encoded.clamped[c] != 0)
             report.warnings.push_back(channels[c] + ": " + std::to_string(encoded.clamped[c]) +
-                                      " texels lay outside what " + std::string(to_word(pixel)) +
-                                      " pixels hold and were clamped to it");
+                                      (encoded.clamped[c] == 1 ? " texel" : " texels") +
+                                      " outside what " + std::string(to_word(pixel)) +
+                                      " pixels hold, clamped to it");
     }
     if (pixel == PixelType::uint8)
         report.warnings.push_back(

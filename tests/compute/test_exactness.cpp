@@ -215,6 +215,25 @@ TEST(Reconstruction, IsZeroOfWhatIsConstantAndThatOfAStraightLineAlongZ) {
     EXPECT_LT(outcome.report.error[0].reconstruction_max.value(), 1e-6);
 }
 
+// A list that says what a range says: the same table, and the same of it in the report and in
+// advice, which look between its slices.
+TEST(Reconstruction, OfListedSlicesIsThatOfTheRangeTheySpell) {
+    const auto job = [](const std::string& z) {
+        return R"("quantities":["specular_albedo"],"integrator":"quadrature","resolution":[8,8,16],)"
+               R"("layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},)"
+               R"("z":{"parameter":"f0",)" +
+               z + "}}";
+    };
+    std::string values;
+    for (int i = 0; i < 16; ++i) values += (i ? "," : "") + std::to_string(i / 16.0);
+    const Outcome ranged = bake(job(R"("grid":"node","range":[0,0.9375])"));
+    const Outcome listed = bake(job(R"("values":[)" + values + "]"));
+    EXPECT_EQ(listed.table.planes, ranged.table.planes);
+    const ChannelError &here = listed.report.error[0], &there = ranged.report.error[0];
+    EXPECT_NEAR(here.reference_max.value(), there.reference_max.value(), 1e-9);
+    EXPECT_NEAR(here.reconstruction_max.value(), there.reconstruction_max.value(), 1e-9);
+}
+
 /// Rounded to 11 binary digits, as half holds values from 6e-5 on.
 float as_half(float value) {
     int exponent = 0;

@@ -254,8 +254,14 @@ TEST(Plan, CharlieOfNoWidthReflectsNothing) {
             EXPECT_EQ(outcome.table.planes[0][static_cast<std::size_t>(x)], 0);
         EXPECT_GT(outcome.table.planes[0].back(), 0.1);
     }
-    job.axes[0] = against_reference::axis(Parameter::NoV,
-                                          Grid::node);  // along the horizon it is without bound
+    // Nothing comes back at once, and all of it in the end.
+    JobSpec white = job;
+    white.quantities = {Quantity::compensated_albedo};
+    white.fresnel.model = Fresnel::none;
+    white.multiscatter = Multiscatter::kulla_conty;
+    EXPECT_EQ(bake(white).table.planes[0][0], 1);
+    // A view along the horizon sees normals without bound.
+    job.axes[0] = against_reference::axis(Parameter::NoV, Grid::node);
     EXPECT_THROW(bake(job), std::exception);
 }
 

@@ -93,6 +93,20 @@ TEST_P(QuadratureJobs, ConductorsThatAbsorbNothingAreDielectrics) {
     }
 }
 
+TEST_P(QuadratureJobs, AveragesHoldAtRoughnessZero) {
+    const auto first_of = [&](const std::string& microfacet) {
+        return bake(R"("quantities":["average_albedo"],"resolution":[2],"layout":{"x":)"
+                    R"({"parameter":"roughness","grid":"node"}},"microfacet":)" +
+                        microfacet,
+                    GetParam())
+            .outcome.table.planes[0][0];
+    };
+    EXPECT_NEAR(first_of(R"({"distribution":"charlie","masking":"neubelt"})"), 0, 1e-15);
+    EXPECT_NEAR(first_of(R"({"distribution":"charlie","masking":"charlie"})"), 0, 1e-15);
+    EXPECT_EQ(first_of(R"({"masking":"smith_correlated"})"), 1);
+    EXPECT_EQ(first_of(R"({"masking":"karis_ibl"})"), 1);  // k = 0
+}
+
 TEST_P(QuadratureJobs, SheenIsALobeOfItsOwn) {
     const auto planes_of = [&](const std::string& what) {
         return bake(R"("resolution":[5,3],"quantities":)" + what, GetParam()).outcome.table.planes;

@@ -58,7 +58,7 @@ struct RglLayout {
     double (*reflectance)(double nanometres) = nullptr;
     std::size_t nodes = 33;         ///< along each side of a table
     std::vector<double> phi_in{0};  ///< degrees; more than two for a surface that turns
-    std::optional<char> mask;       ///< each byte of `valid`; else bit 1 is above the horizon
+    std::optional<char> mask = {};  ///< each byte of `valid`; else bit 1 is above the horizon
 };
 /// f cos theta_o under five theta_in to 80 degrees, at half vectors.
 std::string rgl_file(const Material& surface, const RglLayout& layout);

@@ -96,6 +96,7 @@ TEST(Layouts, WarnsWhereTheTableDepartsFromTheProgram) {
         for (const ChannelSet& set : preset.channel_sets) {
             JobSpec job = job_of(preset.name);
             job.quantities = set.quantities;
+            if (set.diffuse) job.diffuse.model = *set.diffuse;
             EXPECT_TRUE(layout_warnings(job).empty()) << preset.name;
         }
     }
@@ -107,6 +108,12 @@ TEST(Layouts, WarnsWhereTheTableDepartsFromTheProgram) {
                   "layout \"godot\": the program reads R = split_sum_bias, G = "
                   "directional_albedo, B = sheen_albedo; or R = split_sum_bias, G = "
                   "directional_albedo, this table has others"}));
+    JobSpec unity = job_of("unity");
+    unity.quantities = layout_preset("unity")->channel_sets[1].quantities;
+    EXPECT_EQ(layout_warnings(unity).size(), 1u) << "Lambert in place of Burley";
+    EXPECT_EQ(added_by_shader(unity, Quantity::diffuse_albedo), 0.5);
+    unity.diffuse.albedo = {0.5, 0.2, 0.9};
+    EXPECT_EQ(added_by_shader(unity, Quantity::diffuse_albedo), 0) << "five channels";
     // Another distribution, a table of its own.
     EXPECT_TRUE(
         layout_warnings(job_of("godot", R"(,"microfacet":{"distribution":"charlie"})")).empty());
