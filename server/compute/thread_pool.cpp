@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace kiln {
 
@@ -40,10 +41,17 @@ ThreadPool::~ThreadPool() {
 }
 
 void ThreadPool::drain(std::size_t self, const std::function<void(std::size_t)>& body) {
-    for (std::size_t k = 0; k < shares_.size(); ++k) {
-        Share& share = shares_[(self + k) % shares_.size()];
-        for (std::size_t i; (i = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
-            body(i);
+    try {
+        for (std::size_t k = 0; k < shares_.size(); ++k) {
+            Share& share = shares_[(self + k) % shares_.size()];
+            for (std::size_t i;
+                 (i = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
+                body(i);
+        }
+    } catch (...) {
+        const std::lock_guard lock(mutex_);
+        if (!failure_) failure_ = std::current_exception();
+        for (Share& share : shares_) share.next = share.end;
     }
 }
 
@@ -63,6 +71,7 @@ void ThreadPool::parallel_for(std::size_t count, const std::function<void(std::s
     wait_awake([this] { return busy_ == 0; });
     std::unique_lock lock(mutex_);
     finished_.wait(lock, [this] { return busy_ == 0; });
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
 void ThreadPool::work(std::size_t self) {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -21,7 +22,8 @@ class ThreadPool {
 
     unsigned size() const { return static_cast<unsigned>(threads_.size()) + 1; }
     /// Calls body(i) once for each i in [0, count), in any order on any thread, and returns when
-    /// all are done. body must not throw.
+    /// all are done. Throws the first thing that body throws, when no thread is in it any more;
+    /// what was not begun by then is left out.
     void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
   private:
@@ -35,6 +37,7 @@ class ThreadPool {
     std::mutex mutex_;
     std::condition_variable start_, finished_;
     const std::function<void(std::size_t)>* body_ = nullptr;
+    std::exception_ptr failure_;              // under the mutex
     std::vector<Share> shares_;               // one a thread; the calling thread's is the last
     std::atomic<std::size_t> generation_{0};  // written under the mutex, as are the next two
     std::atomic<unsigned> busy_{0};
