@@ -117,6 +117,10 @@ struct Engine::State {
         return kernels;
     }
 
+    Place native_place(const Choice& choice) const {
+        return {{"native", native_name(), kStrictNumerics, choice.fallback}, choice.compile_s};
+    }
+
     std::string native_name() const {
         return to_string(instruction_set) + ", " + std::to_string(pool.size()) + " threads";
     }
@@ -166,12 +170,15 @@ Engine::Place Engine::run_on(DeviceChoice device, std::span<const KernelKind> ke
             const std::string& code = error.code();
             if (code != "device_failed" && code != "device_unavailable" && code != "non_finite")
                 throw;
+            // Of a job whose own values are not finite native throws too: no fault of the device.
+            if (code == "non_finite") work(*state_->native);
             state_->opencl().device_failed(error.what());
             choice = State::refuse(state_->wanted(device), error.what());
+            if (code == "non_finite") return state_->native_place(choice);
         }
     }
     work(*state_->native);
-    return {{"native", state_->native_name(), kStrictNumerics, choice.fallback}, choice.compile_s};
+    return state_->native_place(choice);
 }
 
 std::vector<DeviceInfo> Engine::devices() {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 
+#include "server/base/error.h"
 #include "server/compute/fresnel.h"
 #include "server/compute/multiscatter.h"
 #include "server/compute/unread.h"
@@ -184,6 +185,11 @@ class Planner {
             const double F0 = kiln::fresnel(fresnel, colour, 1.0);
             share.b = one(kWeight);
             share.part = [F0](std::size_t, double S, double E) {
+                if (E == 0)
+                    throw Error(
+                        "non_finite",
+                        "Turquin's factor 1 + F0 (1 − E) / E has no value where E is 0, as "
+                        "Charlie's is at roughness 0: let the roughness axis start above 0");
                 const double scale = turquin_scale(F0, E);
                 return Part{S * scale, scale, -S * F0 / (E * E), 0};
             };

@@ -13,6 +13,7 @@
 
 #include "server/base/error.h"
 #include "server/compute/engine.h"
+#include "server/compute/opencl_programs.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
 
@@ -174,6 +175,35 @@ TEST_F(OpenClModels, InDoublePrecision) {
           R"("fresnel":{"model":"conductor","eta":0.2,"k":3.9})",
           R"("quantities":["diffuse_albedo"],"diffuse":{"model":"ggx_lambert","albedo":0.5})"})
         expect_equal_bits(std::string(rest) + R"(,"precision":"float64")");
+}
+
+// More often than a device may fail before it is given up.
+TEST_F(OpenClModels, ValuesThatNoDeviceHasAreNoFaultOfTheDevice) {
+    const auto charlie = [](const std::string& NoV_grid, const std::string& rest) {
+        return parse_job(
+            R"({"microfacet":{"distribution":"charlie","masking":"neubelt"},"sample_count":256,)"
+            R"("resolution":[4,4],"layout":{"y":{"parameter":"roughness","grid":"node"},)"
+            R"("x":{"parameter":"NoV","grid":")" +
+            NoV_grid + R"("}},"quantities":[)" + rest + "}");
+    };
+    const auto message = [](const JobSpec& job) {
+        try {
+            engine_->run(job, Control{});
+        } catch (const Error& error) {
+            return error.code() + ": " + error.what();
+        }
+        return std::string("baked");
+    };
+    const JobSpec unbounded = charlie("node", R"("specular_albedo"])");
+    const JobSpec turquin = charlie("center", R"("compensated_albedo"],"multiscatter":"turquin")");
+    for (int n = 0; n <= kDeviceFailuresMax; ++n) {
+        EXPECT_EQ(message(unbounded).rfind("non_finite: of the values of the table 1 is not", 0),
+                  0U)
+            << message(unbounded);
+        EXPECT_EQ(message(turquin).rfind("non_finite: Turquin's factor", 0), 0U)
+            << message(turquin);
+    }
+    expect_equal_bits(R"("quantities":["specular_albedo"])");
 }
 
 }  // namespace
