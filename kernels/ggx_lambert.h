@@ -66,7 +66,8 @@ KILN_FUNCTION real walk_facet(View view, real seen, KILN_GLOBAL const scalar* po
     const real slope2 = view.alpha * view.alpha * hxy2;
     const real length = lane_sqrt(lane_fma(hz, hz, slope2));
     // Of a ray straight up no normal is seen, nor is one met.
-    const real inverse = K(1.0) / lane_select(length > K(0.0), length, lanes(K(1.0)));
+    const real divisor = lane_select(length > K(0.0), length, lanes(K(1.0)));
+    const real inverse = K(1.0) / divisor;
     const real upright = lane_select(length > K(0.0), hz * inverse, lanes(K(1.0)));
     return lane_fma(upright, lanes(point[4]), (lane_sqrt(slope2) * inverse) * point[3]);
 }
@@ -120,7 +121,8 @@ KILN_CALLED Walked ggx_lambert_walk(const int channels, KILN_GLOBAL const scalar
             at[level] = lane_select(z > K(0.0), met[level], none);
         }
         c[k + 1] = view.vz / (K(1.0) + view.vz);
-        inverse[k + 1] = K(1.0) / lane_select(left > KILN_TINY, left, one);
+        const real divisor = lane_select(left > KILN_TINY, left, one);
+        inverse[k + 1] = K(1.0) / divisor;
         at[k + 1] = lane_select(z > K(0.0), none, left);
         left = lane_select(z > K(0.0), inside, left);
         const real leaving = lane_select(z > K(0.0), through, none);

@@ -38,12 +38,16 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view,
 // Visible lights: G2 / G1 times a weight of the sample's own, which `c` is.
 KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light,
                           real one_minus_VoH, real c) {
-    const real above = smith_G2_over_G1(what.masking, view.vz, light.NoL, light.S);
+    real NoL = light.NoL;
+    // Among these many lie so far below the horizon that both divisors are 0.
+    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
+        NoL = lane_select(NoL > K(0.0), NoL, lanes(K(1.0)));
+    const real above = smith_G2_over_G1(what.masking, view.vz, NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
                    lanes(K(0.0))};
     if ((what.terms & KILN_TERM_DEFICIT) && what.importance != KILN_IMPORTANCE_NDF) {
         const real excess = ggx_excess(view, h, light);
-        const real lacking = smith_deficit(what.masking, view.vz, light.NoL, light.S, excess);
+        const real lacking = smith_deficit(what.masking, view.vz, NoL, light.S, excess);
         terms.deficit = lane_select(light.NoL > K(0.0), lacking, lanes(K(1.0)));
     }
     if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS)

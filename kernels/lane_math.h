@@ -33,15 +33,21 @@ typedef struct {
 
 // 2^(hi + lo): 0 below −125 (−1021), ∞ from 128 (1024). Adding 1.5 · 2^23 (2^52) rounds to an
 // integer and leaves it in the low bits, ready to be an exponent of a bias one less than usual:
-// 2^128 · p may be finite where 2^128 is not.
+// 2^128 · p may be finite where 2^128 is not. What is out of range becomes −126 or 129 before, of
+// which those bits make 0 and ∞ themselves: no lane computes what nobody chooses, and no flag of
+// IEEE 754 says what is not so. A hi that is a NaN stays one.
 KILN_FUNCTION real lane_exp2_pair(RealPair x) {
 #if KILN_DOUBLE
     const real rounder = lanes(K(6755399441056766.0));  // 1.5 · 2^52 + 1022
 #else
     const real rounder = lanes(K(12583038.0));  // 1.5 · 2^23 + 126
 #endif
-    const real biased = x.hi + rounder;
-    const real r = (x.hi - (biased - rounder)) + x.lo;  // |r| ≤ 1/2
+    const real most = lanes(KILN_EXPONENT_MAX + K(1.0)), least = K(3.0) - most;
+    real hi = lane_select(x.hi >= KILN_EXPONENT_MAX, most, x.hi);
+    hi = lane_select(hi < K(3.0) - KILN_EXPONENT_MAX, least, hi);
+    const real lo = lane_select(hi == x.hi, x.lo, lanes(K(0.0)));
+    const real biased = hi + rounder;
+    const real r = (hi - (biased - rounder)) + lo;  // |r| ≤ 1/2
     // (2^r − 1) / r, to 2^-52 / 72 of 2^r in double, 2^-23 / 32 in float.
 #if KILN_DOUBLE
     real p = lanes(K(4.4566754636398607237e-10));
@@ -68,9 +74,7 @@ KILN_FUNCTION real lane_exp2_pair(RealPair x) {
 #else
     const real scale = KILN_AS_REAL(KILN_AS_BITS(biased) << 23);
 #endif
-    const real power = K(2.0) * (lane_fma(p, r, lanes(K(1.0))) * scale);
-    const real bounded = lane_select(x.hi < KILN_EXPONENT_MAX, power, x.hi * KILN_HUGE);
-    return lane_select(x.hi < K(3.0) - KILN_EXPONENT_MAX, lanes(K(0.0)), bounded);
+    return K(2.0) * (lane_fma(p, r, lanes(K(1.0))) * scale);
 }
 
 KILN_CALLED real lane_exp2(real x) {
@@ -160,9 +164,12 @@ KILN_CALLED real lane_log2(real x) {
     return log2.hi + log2.lo;
 }
 
-// x^y of finite x ≥ 0: 0^y is 0 for y > 0, 1 for y = 0, ∞ for y < 0.
+// x^y of finite x ≥ 0: 0^y is 0 for y > 0, 1 for y = 0, ∞ for y < 0, of which y's sign is enough:
+// y · log2 0 would overflow beyond 1.
 KILN_CALLED real lane_pow(real x, real y) {
     const RealPair log2 = lane_log2_pair(x);
+    const real one = lanes(K(1.0));
+    y = lane_select(x < KILN_TINY, lane_max(lane_min(y, one), -one), y);
     RealPair exponent;
     exponent.hi = y * log2.hi;
     exponent.lo = lane_fma(y, log2.lo, lane_fma(y, log2.hi, -exponent.hi));
@@ -173,9 +180,9 @@ KILN_CALLED real lane_pow(real x, real y) {
 // of a large y it is felt.
 KILN_CALLED real lane_pow_one_minus(real x, real y) {
     const real m = K(1.0) - x, lost = (K(1.0) - m) - x;
-    const RealPair log2 = lane_log2_pair(m);
-    const real divisor = lane_select(m > K(0.0), m, lanes(K(1.0)));
-    const real lo = lane_fma(lost / divisor, lanes(K(1.4426950408889634)), log2.lo);
+    const real base = lane_select(m > K(0.0), m, lanes(K(1.0)));
+    const RealPair log2 = lane_log2_pair(base);
+    const real lo = lane_fma(lost / base, lanes(K(1.4426950408889634)), log2.lo);
     const real hi = y * log2.hi, rest = lane_fma(y, lo, lane_fma(y, log2.hi, -hi));
     RealPair exponent;
     exponent.hi = hi + rest;

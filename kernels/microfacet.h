@@ -19,8 +19,9 @@ KILN_FUNCTION real ggx_D(real alpha, real NoH, real sin2_H) {
 // Beckmann, Spizzichino 1963, as in Walter et al. 2007, eq. 25.
 // What is 0 stays 0 where the square of α cos² is none.
 KILN_FUNCTION real beckmann_D(real alpha, real NoH, real sin2_H) {
-    const real slope = alpha * NoH, inverse = K(1.0) / (slope * NoH);
-    const real x = sin2_H / lane_max(slope * slope, lanes(KILN_TINY));
+    const real slope = alpha * NoH, tiny = lanes(KILN_TINY);
+    const real inverse = K(1.0) / lane_max(slope * NoH, tiny);
+    const real x = sin2_H / lane_max(slope * slope, tiny);
     const real e = lane_exp(-lane_min(x, lanes(K(1000.0))));
     return lane_select(e > K(0.0), e * inverse * (inverse / KILN_PI), lanes(K(0.0)));
 }
@@ -164,8 +165,8 @@ KILN_FUNCTION Scattering scatter_hemisphere(const int importance, real NoV, scal
     const real hz = NoV + NoL;
     const real floor = lanes(K(0.0));
     const real hh = lane_fma(hz, hz, hxy2);
-    const real inverse =
-        lane_select(hh > floor, K(1.0) / lane_select(hh > floor, hh, lanes(K(1.0))), floor);
+    const real divisor_hh = lane_select(hh > floor, hh, lanes(K(1.0)));
+    const real inverse = lane_select(hh > floor, K(1.0) / divisor_hh, floor);
     s.VoH = K(0.5) * lane_sqrt(hh);
     s.sin2_H = hxy2 * inverse;
     s.NoH = hz * lane_sqrt(inverse);
@@ -189,8 +190,9 @@ KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, Ha
     const real hh = lane_select(h.hh > K(0.0), h.hh, lanes(K(1.0)));
     const real inverse = K(1.0) / hh, root = lane_sqrt(inverse);
     Scattering s;
-    // α = 0 at NoV = 0: the mirror's limit, from a view that is as good as grazing.
-    view.S = lane_select(view.S > K(0.0), view.S, lanes(K(1e-18)));
+    // α = 0 at NoV = 0: the mirror's limit, from a view that is as good as grazing. Nearer to it
+    // the products of two cosines are no numbers of float.
+    view.S = lane_max(view.S, lanes(K(1e-18)));
     s.NoV = view.vz * view.S;
     s.sinV = lane_sqrt((K(1.0) - s.NoV) * (K(1.0) + s.NoV));
     s.VoH = K(0.5) * view.S * h.VoH2 * root;

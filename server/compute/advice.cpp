@@ -7,16 +7,22 @@
 #include <optional>
 #include <tuple>
 
+#include "server/base/error.h"
 #include "server/compute/exactness.h"
 #include "server/compute/lattice.h"
+#include "server/compute/plan.h"
+#include "server/compute/quadrature.h"
 #include "server/spec/channels.h"
 
 namespace kiln {
 
 namespace {
 
-/// What "quadrature" in float32 is off by at most.
-constexpr double kIntegration = 1e-6;
+/// What "quadrature" in float32 is off by at most, of values up to `most`.
+double integration_bound(const JobSpec& job, double most) {
+    const QuadratureKind kind = quadrature_kind(lobe_of(job), kNoFresnel, {}, Precision::float32);
+    return quadrature_float_rounding(kind) * std::max(1.0, most);
+}
 /// Of the bound: lookup errors need not be known better.
 constexpr double kShareOfBound = 0.01, kFinest = 1e-6;
 /// What exact values are off by at most: 1 may look larger, and is exact in half.
@@ -87,6 +93,7 @@ class Search {
             return !axes.empty() && axes[0].mapping == Mapping::sqrt;
         });
         for (const Axes& axes : all) add_smallest(axes);
+        if (!judged_ && pole_) throw *pole_;
         std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
             return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
         });
@@ -100,18 +107,25 @@ class Search {
         std::vector<Pixel> open = pixels_of(job_.format);
         for (const std::int64_t size : kAdvisedSizes) {
             const JobSpec made = sized(job_, axes, size);
-            std::erase_if(open, [&](const Pixel& pixel) {
-                return bytes_of(made, pixel) > 2 * smallest_ ||
-                       kIntegration + quantisation_bound(pixel.type, 1) > max_error_;
-            });
+            std::erase_if(
+                open, [&](const Pixel& pixel) { return bytes_of(made, pixel) > 2 * smallest_; });
             if (open.empty()) return;
-            double most = 0;
-            const double reconstruction = reconstruction_of(made, most);
+            double most = 0, reconstruction = 0;
+            try {
+                reconstruction = reconstruction_of(made, most);
+            } catch (const Error& error) {
+                if (error.code() != "non_finite") throw;
+                pole_ = error;  // a texel stands on it: of nodes, where those of centres do not
+                return;
+            }
+            judged_ = true;
             std::erase_if(open, [&](const Pixel& pixel) {
-                Candidate candidate{made, bytes_of(made, pixel), kIntegration,
+                Candidate candidate{made, bytes_of(made, pixel), integration_bound(made, most),
                                     quantisation_bound(pixel.type, most * (1 - kCoarsest)),
                                     reconstruction};
                 candidate.job.pixel = pixel.type;
+                // Of a larger table these are no less.
+                if (candidate.integration + candidate.quantisation > max_error_) return true;
                 if (candidate.total() > max_error_) return false;
                 smallest_ = std::min(smallest_, candidate.bytes);
                 found_.push_back(std::move(candidate));
@@ -157,6 +171,8 @@ class Search {
     const Control& control_;
     std::vector<Candidate> found_;
     std::uint64_t smallest_ = std::uint64_t{1} << 60;
+    bool judged_ = false;
+    std::optional<Error> pole_;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace kiln {
 struct Candidate {
     JobSpec job;              ///< complete; baked by quadrature
     std::uint64_t bytes = 0;  ///< of its texels, uncompressed
-    /// Bounds; reconstruction by Lattice::dense(), at most a fifth above what is seen between
+    /// Bounds; reconstruction by Lattice::dense(), at most a third above what is seen between
     /// texels.
     double integration = 0, quantisation = 0, reconstruction = 0;
     double total() const { return integration + quantisation + reconstruction; }
@@ -25,8 +25,10 @@ inline constexpr std::int64_t kAdvisedSizes[] = {8,   16,  24,  32,  48,   64,  
 
 /// For every axis mapping (those of a program's layout are left as they are), grid and pixel type
 /// of the job's format the smallest square table whose three errors together stay within
-/// `max_error`; smallest in bytes first. Empty where none does up to 4096. Every quantity of the
-/// job needs quadrature (quadrature_lacks in server/spec/channels.h). Throws Cancelled.
+/// `max_error`; smallest in bytes first. Empty where none does up to 4096. Grids with a texel
+/// on a pole of the lobe are passed over. Every quantity of the job needs quadrature
+/// (quadrature_lacks in server/spec/channels.h). Throws Cancelled, Error("non_finite") where all
+/// grids have one.
 std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
                               ThreadPool& pool, const Control& control);
 

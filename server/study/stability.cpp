@@ -198,8 +198,9 @@ std::vector<std::string> in_order(const std::vector<const Finding*>& findings, O
 HeatMap map_of(const std::string& family, const std::vector<const Finding*>& findings) {
     const bool in_float = findings.front()->error_float().has_value();
     const std::string title = family + (in_float ? ": error in float" : ": error in double");
-    HeatMap map{title, "alpha | NoV", "", "of the value", {}, {}, {}, 1e-9, 1e-2, {}};
-    if (!in_float) map.x_label = "";
+    HeatMap map{title, "", "", "of the value", {}, {}, {}, 1e-9, 1e-2, {}};
+    if (findings.front()->column.find(kPlaceJoint) != std::string::npos)
+        map.x_label = std::string("alpha") + kPlaceJoint + "NoV";
     if (family == "Fresnel") map.x_label = "VoH; of 1 - F, NoV";
     map.rows = in_order(findings, [](const Finding& f) { return f.row; });
     map.columns = in_order(findings, [](const Finding& f) { return f.column; });

@@ -161,7 +161,8 @@ std::vector<FresnelRow> fresnel_rows();
 /// What files refuse, as verdicts.
 std::vector<Verdict> refused_spikes();
 
-/// "alpha | NoV"
+/// "alpha | NoV", powers of two as such.
+inline constexpr const char* kPlaceJoint = " | ";
 std::string place_column(const Place& place);
 
 /// One part of the study. `programs` are the kernels that it launches on OpenCL in float.

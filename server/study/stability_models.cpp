@@ -241,7 +241,12 @@ JobSpec job_of(const Lobe& lobe) {
 }
 
 std::string place_column(const Place& place) {
-    return plain(place.alpha) + " | " + plain(place.NoV);
+    const auto word = [](double value) {
+        int exponent = 0;
+        const bool power = std::frexp(value, &exponent) == 0.5 && exponent < -5;
+        return power ? "2^" + std::to_string(exponent - 1) : plain(value);
+    };
+    return word(place.alpha) + kPlaceJoint + word(place.NoV);
 }
 
 Part fresnel_part() {

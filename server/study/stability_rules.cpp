@@ -134,20 +134,21 @@ void run_rule(Bench& bench, Findings& findings, const Rule& rule) {
             for (std::size_t a = 0; a < kArithmetics; ++a)
                 if (!sums[a].empty()) values[a] = sums[a][plane * count + i];
             const std::string quantity = plane == 0 ? "E" : rule.coloured() ? "albedo" : "B";
-            findings.add({"Quadrature of other lobes",
-                          "quadrature, " + rule.name,
-                          rule.coloured() ? rule.name : rule.name + ": " + quantity,
-                          place_column(place),
-                          quantity,
-                          "",
-                          source,
-                          place.NoV,
-                          place.alpha,
-                          {value, in_float},
-                          {value, kAbsolute * size},
-                          values,
-                          0,
-                          "the promise of quadrature"});
+            findings.add(
+                {rule.coloured() ? "Quadrature under Fresnel terms" : "Quadrature of other lobes",
+                 "quadrature, " + rule.name,
+                 rule.coloured() ? rule.name : rule.name + ": " + quantity,
+                 place_column(place),
+                 quantity,
+                 "",
+                 source,
+                 place.NoV,
+                 place.alpha,
+                 {value, in_float},
+                 {value, kAbsolute * size},
+                 values,
+                 0,
+                 "the promise of quadrature"});
         }
     }
 }

@@ -14,6 +14,7 @@
 #include "server/compute/fresnel.h"
 #include "server/compute/native.h"
 #include "server/compute/plan.h"
+#include "tests/compute/every_lobe.h"
 
 namespace kiln {
 namespace {
@@ -99,13 +100,16 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
     constexpr int kTint82 = 5;
     const double F_min = what.fresnel == kTint82 && term >= kColour ? -1 : 0;
     if (term >= kDiffuse) {
-        if (what.diffuse == 0) return {0, 1 - F_min};               // Lambert
-        if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};  // Burley: (1 + 3/2)²
-        return {F_min < 0 ? -infinite : 0, infinite};               // 1 / NoL at grazing views
+        if (what.diffuse == 0) return {0, 1 - F_min};                 // Lambert
+        if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};    // Burley: (1 + 3/2)²
+        if (what.diffuse == KILN_DIFFUSE_GGX_LAMBERT) return {0, 1};  // a walk's shares
+        return {F_min < 0 ? -infinite : 0, infinite};                 // 1 / NoL at grazing views
     }
-    // G2 / G1 of the view is a probability under both Smith forms. By other samplers, or under
-    // other maskings, the weight is a ratio of densities without a bound.
-    const bool probability = what.importance == 0 && what.masking <= 1;
+    // G2 / G1 of the view is a probability under both Smith forms; Beckmann's D is at most 4 / e
+    // times GGX's where its visible normals are drawn, and its G1 need not be less. By other
+    // samplers, or under other maskings, the weight is a ratio of densities without a bound.
+    const bool probability =
+        what.importance == 0 && what.masking <= 1 && what.distribution == KILN_DISTRIBUTION_GGX;
     // A visible light stands for at most twice the normals of a hemisphere, where points are half
     // as dense.
     if (what.importance == kVisibleLights && F_min >= 0) return {0, 4};
@@ -114,14 +118,29 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
     return {0, probability ? 1.0 : infinite};
 }
 
-/// A lobe and its samplers for which every α, 0 among them, has a limit: those that draw half
-/// vectors. Where D itself is evaluated (cosine, uniform) it is infinite at α = 0 on purpose.
+/// Where D itself is evaluated (cosine, uniform) it is infinite at α = 0 on purpose, and so are
+/// Charlie's maskings at NoV = 0: of these the places lie beside the pole.
+bool evaluates_D(const KernelMaterial& what) {
+    return !(what.terms & (7 << kDiffuse)) && (what.importance == KILN_IMPORTANCE_COSINE ||
+                                               what.importance == KILN_IMPORTANCE_UNIFORM);
+}
+
 KernelMaterial any_material(Draw& draw) {
+    static const std::vector<KernelMaterial> lobes = every_lobe();
     KernelMaterial what;
     if (draw.below(4) == 0) {
-        what.importance = 2;
-        what.diffuse = static_cast<int>(draw.below(9));
-        what.terms = 7 << kDiffuse | 7 << kTransmitted;
+        what.importance = KILN_IMPORTANCE_COSINE;
+        what.diffuse = static_cast<int>(draw.below(KILN_DIFFUSE_COUNT));
+        what.averaged = static_cast<int>(draw.below(2));
+        what.terms = 7 << kDiffuse;
+        if (what.diffuse != KILN_DIFFUSE_GGX_LAMBERT) what.terms |= 7 << kTransmitted;
+        what.general = 1;
+        return what;
+    }
+    if (draw.below(2) == 0) {
+        what = lobes[draw.below(lobes.size())];
+        what.averaged = static_cast<int>(draw.below(2));
+        what.terms = 7 | 7 << kColour;
         what.general = 1;
         return what;
     }
@@ -159,9 +178,10 @@ void check_launch(Backend& backend, Draw& draw) {
     }
     parameters[kExponentParameter] = static_cast<Scalar>(draw.log(1e-3, 1e3));
     for (std::size_t i = 0; i < kPlaces; ++i) {
-        texels[i] = static_cast<Scalar>(draw.zero_to_one());
-        texels[kPlaces + i] = static_cast<Scalar>(
-            what.importance >= kLogTangents ? draw.log(1e-8, 1) : draw.zero_to_one());
+        texels[i] = static_cast<Scalar>(is_charlie_fit(what.masking) ? draw.log(1e-6, 1)
+                                                                     : draw.zero_to_one());
+        const bool no_zero = what.importance >= kLogTangents || evaluates_D(what);
+        texels[kPlaces + i] = static_cast<Scalar>(no_zero ? draw.log(1e-8, 1) : draw.zero_to_one());
     }
     const PointSet set = make_points(static_cast<Sampler>(draw.below(4)), point_kind(what),
                                      draw.below(1u << 30), kSamples);
@@ -188,8 +208,9 @@ void check_launch(Backend& backend, Draw& draw) {
                 ADD_FAILURE() << mean << " of term " << term << " at NoV " << texels[i] << " alpha "
                               << texels[kPlaces + i] << ", masking " << what.masking
                               << ", importance " << what.importance << ", averaged "
-                              << what.averaged << ", general " << what.general << ", Fresnel "
-                              << what.fresnel << ", diffuse " << what.diffuse;
+                              << what.averaged << ", general " << what.general << ", distribution "
+                              << what.distribution << ", Fresnel " << what.fresnel << ", diffuse "
+                              << what.diffuse;
                 return;
             }
             ++row;

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/base/error.h"
+#include "server/compute/plan.h"
+#include "server/spec/spec.h"
+#include "server/spec/words.h"
+
+namespace kiln {
+
+/// Every distribution under every masking that it takes, by every importance that draws it: what a
+/// job document may say, as the kernels number it, with no term yet.
+inline std::vector<KernelMaterial> every_lobe() {
+    std::vector<KernelMaterial> lobes;
+    const auto add = [&](std::string_view distribution, std::string_view masking,
+                         std::string_view importance, bool softened) {
+        std::string job = R"({"quantities":["directional_albedo"],"importance":")";
+        job += importance;
+        job += R"(","microfacet":{"distribution":")";
+        job += distribution;
+        job += R"(","masking":")";
+        job += masking;
+        job += softened ? R"(","terminator_softening":true}})" : "\"}}";
+        try {
+            lobes.push_back(lobe_of(parse_job(job)));
+        } catch (const Error&) {
+            // no such lobe
+        }
+    };
+    for (const std::string_view distribution : words<Distribution>())
+        for (const std::string_view masking : words<Masking>())
+            for (const std::string_view importance : words<Importance>())
+                for (const bool softened : {false, true})
+                    add(distribution, masking, importance, softened);
+    return lobes;
+}
+
+}  // namespace kiln
