@@ -137,10 +137,26 @@ TEST(Cuts, OfAScanNameTheLineAndWhatTheOthersHave) {
               "line 69: the file ends after the two numbers that start a section");
     // Of two sections nobody knows which is odd.
     const Reading two = read_measurement(first_lines(41));
+    ASSERT_TRUE(warns_of_cut(two));
     EXPECT_EQ(
-        two.understood.warnings.back(),
+        two.understood.warnings.front(),
         "the file may have been cut off: the rows end at theta 60, phi 180, those of the other "
         "directions of light (1) at theta 80");
+}
+
+/// Where rows may come in any order a scan is still seen, and told of rather than refused.
+TEST(Cuts, OfScansInColumnsAreWarnedOf) {
+    const std::string csv = csv_file(Brushed{}, {0, 30, 60}, {0}, 15);
+    const std::string astm =
+        "VARS theta_i,phi_i,theta_s,phi_s,value\n" + csv.substr(csv.find('\n') + 1);
+    for (const std::string& whole : {csv, astm}) {
+        EXPECT_FALSE(warns_of_cut(read_measurement(whole)));
+        std::size_t size = whole.size();
+        for (int row = 1; row <= 30; ++row) {  // more than the last ring
+            size = whole.rfind('\n', size - 2) + 1;
+            EXPECT_TRUE(warns_of_cut(read_measurement(whole.substr(0, size)))) << row;
+        }
+    }
 }
 
 /// Scans as instruments make them, and what is no scan.
