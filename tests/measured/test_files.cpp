@@ -145,17 +145,21 @@ TEST_F(Files, RglCloudsHoldTheAlbedoOfTheirFiles) {
 /// The integral as the README took it: bilinear cells about the mirror direction, zeros and all.
 double zemax_integral(const std::string& text, std::size_t aoi) {
     Cloud cloud = read_measurement(text).components[0].cloud;
-    // Rows of a half file follow one another: [azimuth][radial]; mirrored points come after.
-    const std::size_t azimuths = 19, radials = 12;
-    const std::array<double, 12> radial = {0, 5, 10, 15, 20, 30, 40, 50, 60, 70, 80, 90};
+    // Rows follow one another: [azimuth][radial], of half a turn or of a whole one; of several
+    // rotations of the sample the first comes first, and mirrored points come last.
+    const bool half = text.find("\nScatterAzimuth\t19") != text.npos;
+    std::vector<double> radial = {0, 5, 10, 15, 20, 30, 40, 50, 60, 70, 80, 90};
+    if (!half)
+        for (double r = 100; r <= 180; r += 10) radial.push_back(r);
+    const std::size_t azimuths = half ? 19 : 37, radials = radial.size();
     const auto value = [&](std::size_t a, std::size_t r) {
         return static_cast<double>(cloud.values[(aoi * azimuths + a) * radials + r]);
     };
     const double theta_i = cloud.theta_i[aoi * azimuths * radials];
     double sum = 0;
     constexpr double kStep = 0.5;
-    for (double a = kStep / 2; a < 180; a += kStep)
-        for (double r = kStep / 2; r < 90; r += kStep) {
+    for (double a = kStep / 2; a < (half ? 180 : 360); a += kStep)
+        for (double r = kStep / 2; r < radial.back(); r += kStep) {
             std::size_t k = 0;
             while (radial[k + 1] <= r) ++k;
             const double s = (r - radial[k]) / (radial[k + 1] - radial[k]);
@@ -165,7 +169,8 @@ double zemax_integral(const std::string& text, std::size_t aoi) {
                              t * ((1 - s) * value(row + 1, k) + s * value(row + 1, k + 1));
             const Vec out = about_mirror(theta_i, 0, r, a);
             if (out.z > 0)
-                sum += 2 * f * out.z * std::sin(r * kDegree) * kStep * kDegree * kStep * kDegree;
+                sum += (half ? 2 : 1) * f * out.z * std::sin(r * kDegree) * kStep * kDegree *
+                       kStep * kDegree;
         }
     return sum;
 }
@@ -175,6 +180,7 @@ TEST_F(Files, ZemaxHasTheIntegralsOfItsReadme) {
         {"zemax/AnoBlackEC1onAlum.bsdf", {.0507, .0494, .0499, .0818}},
         {"zemax/AnoBlackEC2onAlum.bsdf", {.0498, .0480, .0483, .0663}},
         {"zemax/AnoBlackNiTEonINVAR.bsdf", {.0630, .0598, .0599, .0896}},
+        {"zemax/IMX455.bsdf", {.0360, .0188, .0364, .1048}},
     };
     for (const auto& [name, integrals] : files) {
         const std::string text = bytes_of(name);
