@@ -23,11 +23,15 @@ void ScanOrder::Nesting::add(double at_rest, double moving) {
     }
     outer = at_rest;
     inner = moving;
+    ring_min = ring_points == 0 ? inner : std::min(ring_min, inner);
+    ring_max = ring_points == 0 ? inner : std::max(ring_max, inner);
     ++ring_points;
 }
 
 void ScanOrder::Nesting::end_ring() {
     if (ring_points > 1) {
+        inner_min = rings == 0 ? ring_min : std::min(inner_min, ring_min);
+        inner_max = rings == 0 ? ring_max : std::max(inner_max, ring_max);
         ++rings;
         if (ring_ends.size() <= kEndsOfARule) ring_ends.insert(inner);
     }
@@ -47,7 +51,8 @@ void ScanOrder::Nesting::end_section() {
 bool ScanOrder::Nesting::ends_inside_ring(bool at_pole) const {
     const bool rule =
         rings > 0 && ring_ends.size() <= kEndsOfARule && rings >= kRingsOfAnEnd * ring_ends.size();
-    return rule && !(at_pole && ring_points == 1) && !ring_ends.contains(inner);
+    return rule && !(at_pole && ring_points == 1) && !ring_ends.contains(inner) &&
+           inner >= inner_min && inner <= inner_max;
 }
 
 bool ScanOrder::Nesting::ends_before_others() const {

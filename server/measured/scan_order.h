@@ -36,14 +36,15 @@ class ScanOrder {
         std::size_t ring_points = 0, section_rings = 0;
         std::size_t rings = 0;       ///< ended ones of several points
         std::set<double> ring_ends;  ///< inner angles, up to one more than a rule has
-        std::size_t sections = 0;    ///< ended ones
+        double ring_min = 0, ring_max = 0, inner_min = 0, inner_max = 0;  ///< of this and of all
+        std::size_t sections = 0;                                         ///< ended ones
         std::size_t section_rings_min = 0;
         double end_min = 0, end_max = 0;  ///< outer angles where sections end
 
         void add(double at_rest, double moving);
         void end_ring();
         void end_section();
-        /// Whether the last ring stops where none does; at_pole: it may have one point.
+        /// Whether the last ring stops where others went on; at_pole: it may have one point.
         bool ends_inside_ring(bool at_pole) const;
         bool ends_before_others() const;
     };

@@ -166,9 +166,9 @@ TEST(Cuts, AreNotSeenWhereThereAreNone) {
         return std::to_string(theta) + " " + std::to_string(phi) + " 0.125\n";
     };
     std::string inward = head, by_phi = head, in_plane = head, holes = head, scattered = head,
-                reach = head;
+                reach = head, wider = head;
     for (int light = 10; light <= 70; light += 20) {
-        for (std::string* text : {&inward, &by_phi, &in_plane, &holes, &scattered, &reach})
+        for (std::string* text : {&inward, &by_phi, &in_plane, &holes, &scattered, &reach, &wider})
             *text += std::to_string(light) + " 0\n";
         for (int theta = 80; theta >= 0; theta -= 20)
             for (int phi = 0; phi <= (theta == 0 ? 0 : 180); phi += 45) inward += row(theta, phi);
@@ -180,11 +180,15 @@ TEST(Cuts, AreNotSeenWhereThereAreNone) {
             for (int phi = 0; phi <= (std::abs(theta - light) <= 10 ? 135 : 180); phi += 45)
                 holes += row(theta, phi);
         for (int n = 0; n < 40; ++n) scattered += row(n * 37 % 83, n * 101 % 360);
+        // Nearer to the horizon more of a ring is free.
+        for (int theta = 20; theta <= 80; theta += 10)
+            for (int phi = 0; phi <= (light == 70 && theta == 80 ? 150 : 120); phi += 30)
+                wider += row(theta, phi);
         // Each light has another reach; the last one's is the longest.
         for (int theta = 0; theta <= light + 10; theta += 5)
             for (int phi = 0; phi <= 180; phi += 45) reach += row(theta, phi);
     }
-    for (const std::string& text : {inward, by_phi, in_plane, holes, scattered, reach})
+    for (const std::string& text : {inward, by_phi, in_plane, holes, scattered, reach, wider})
         EXPECT_FALSE(warns_of_cut(read_measurement(text))) << text.substr(0, 200);
     // What can be read is: a reach that falls is told, not refused.
     std::string falling = head;
