@@ -2,9 +2,11 @@
 // ASTM E1392-96 and E2387 text: a free header, a line VARS, a row for each sample.
 #include <cmath>
 
+#include "server/base/error.h"
 #include "server/measured/angles.h"
 #include "server/measured/bounds.h"
 #include "server/measured/readers.h"
+#include "server/measured/scan_order.h"
 #include "server/measured/text_scan.h"
 
 namespace kiln::measured {
@@ -15,7 +17,19 @@ struct Rows {
     std::vector<double> numbers;
     std::size_t width = 0;
     double angle_max = 0;
+    ScanOrder order{{"theta_s", "phi_s"}};
 };
+
+/// Up to the line VARS, which stays in `line`; the count of rows that a line NUM_POINTS announces.
+std::optional<double> read_header(LineScanner& lines, Line& line) {
+    std::optional<double> count;
+    while (true) {
+        line = lines.expect("a line VARS");
+        const auto [key, value] = keyed(line.text);
+        if (same_word(key, "VARS")) return count;
+        if (same_word(key, "NUM_POINTS")) count = parse_number(value);
+    }
+}
 
 Rows read_rows(LineScanner& lines, std::size_t width) {
     Rows rows;
@@ -27,6 +41,10 @@ Rows read_rows(LineScanner& lines, std::size_t width) {
         if (row.size() != width)
             fail_at(line, std::to_string(row.size()) + " numbers, the line VARS names " +
                               std::to_string(width));
+        if (rows.numbers.empty() || !std::equal(row.begin(), row.begin() + 2,
+                                                rows.numbers.end() - static_cast<long>(width)))
+            rows.order.start_section();
+        rows.order.add(row[2], row[3]);
         if (rows.numbers.size() + width > kValuesMax) fail_at(line, "too many values");
         rows.numbers.insert(rows.numbers.end(), row.begin(), row.end());
         for (std::size_t a = 0; a < 4; ++a) {
@@ -51,8 +69,8 @@ bool is_astm(std::string_view bytes) {
 
 Reading read_astm(std::string_view bytes, const ReadOptions&) {
     LineScanner lines(bytes);
-    Line line = lines.expect("a line VARS");
-    while (!same_word(keyed(line.text).key, "VARS")) line = lines.expect("a line VARS");
+    Line line;
+    const std::optional<double> announced = read_header(lines, line);
     const auto names = split(keyed(line.text).value, ',');
     if (names.size() < 5 || names.size() - 4 > kChannelsMax)
         fail_at(line, "VARS names " + std::to_string(names.size()) +
@@ -62,8 +80,17 @@ Reading read_astm(std::string_view bytes, const ReadOptions&) {
     for (std::size_t c = 4; c < names.size(); ++c)
         part.cloud.channels.push_back(channel_name(names[c]));
     const Rows rows = read_rows(lines, names.size());
+    const std::size_t count = rows.numbers.size() / rows.width;
+    const std::string counts =
+        std::to_string(count) + " rows, NUM_POINTS announces " + in_words(announced.value_or(0));
+    if (announced && static_cast<double>(count) < *announced)
+        throw Error("malformed_measurement", "line " + std::to_string(lines.line_number()) +
+                                                 ": the file ends after " + counts);
     Reading reading;
     Understood& account = reading.understood;
+    if (announced && static_cast<double>(count) > *announced) account.warn(counts);
+    if (!announced) warn_of_cut(rows.order, account);
+    warn_of_open_end(lines, account);
     // The standard says radians; angles beyond a turn of radians can only be degrees.
     const bool radians = rows.angle_max <= 2 * std::numbers::pi + 1e-6;
     account.found("units", radians ? "radians" : "degrees",

@@ -9,6 +9,7 @@
 #include "server/measured/angles.h"
 #include "server/measured/bounds.h"
 #include "server/measured/readers.h"
+#include "server/measured/scan_order.h"
 #include "server/measured/text_scan.h"
 
 namespace kiln::measured {
@@ -115,11 +116,12 @@ std::optional<Head> find_head(LineScanner& lines) {
 }
 
 /// One row after the other into the cloud; the largest theta is kept for the unit's check.
-double read_rows(LineScanner& lines, const Head& head, Component& part) {
+double read_rows(LineScanner& lines, const Head& head, Component& part, ScanOrder& order) {
     const double unit = head.radians ? 1 / kDegree : 1;
     const double scale = head.factor ? 1 / std::numbers::pi : 1;
     std::vector<double> row, values(head.value.size());
     double theta_max = 0;
+    std::array<double, 2> light{};
     Line line;
     while (lines.next(line)) {
         parse_numbers(line, row);
@@ -131,6 +133,10 @@ double read_rows(LineScanner& lines, const Head& head, Component& part) {
             angle[a] = row[head.angle[a]] * unit;
             if (!(std::abs(angle[a]) <= 720)) fail_at(line, "an angle beyond two turns");
         }
+        if (part.cloud.size() == 0 || light != std::array{angle[0], angle[1]})
+            order.start_section();
+        light = {angle[0], angle[1]};
+        order.add(angle[2], angle[3]);
         for (std::size_t a = 0; a < 4; a += 2) {
             theta_max = std::max(theta_max, angle[a]);
             if (angle[a] < 0) {  // the other side of the normal
@@ -161,9 +167,12 @@ Reading read_csv(std::string_view bytes, const ReadOptions&) {
     if (!head) throw Error("malformed_measurement", "line 1: no line names the four angles");
     Component part{"reflection front", {}, {}};
     part.cloud.channels = head->channels;
-    const double theta_max = read_rows(lines, *head, part);
+    ScanOrder order({"theta_out", "phi_out"});
+    const double theta_max = read_rows(lines, *head, part, order);
     Reading reading;
     Understood& account = reading.understood;
+    warn_of_cut(order, account);
+    warn_of_open_end(lines, account);
     account.title = head->title;
     account.found("convention", head->factor ? "reflectance factor, divided by pi" : "f",
                   head->factor ? head->factor_evidence : "no line speaks of a reflectance factor");

@@ -6,6 +6,7 @@
 #include "server/base/error.h"
 #include "server/measured/angles.h"
 #include "server/measured/readers.h"
+#include "server/measured/scan_order.h"
 #include "server/measured/text_scan.h"
 
 namespace kiln::measured {
@@ -80,6 +81,8 @@ Reading read_fred(std::string_view bytes, const ReadOptions&) {
     front.cloud.channels = through.cloud.channels = {"value"};
     std::vector<double> row;
     Polar mirror;
+    ScanOrder order(format.sines ? std::array<std::string_view, 2>{"alpha", "beta"}
+                                 : std::array<std::string_view, 2>{"theta", "phi"});
     std::size_t sections = 0;
     Line line;
     while (lines.next(line)) {
@@ -88,6 +91,7 @@ Reading read_fred(std::string_view bytes, const ReadOptions&) {
             mirror = polar(line, format, row[0], row[1]);
             if (mirror.theta > 90) fail_at(line, "a mirror direction below the horizon");
             ++sections;
+            order.start_section();
             continue;
         }
         if (row.size() != 3 || sections == 0)
@@ -96,13 +100,20 @@ Reading read_fred(std::string_view bytes, const ReadOptions&) {
         const Polar out = polar(line, format, row[0], row[1]);
         const double value = format.scale * (format.logarithms ? std::pow(10.0, row[2]) : row[2]);
         if (!std::isfinite(value)) fail_at(line, "a value beyond any double");
+        order.add(row[0], row[1]);
         const bool behind = out.theta > 90;
         const double theta_o = behind ? 180 - out.theta : out.theta;
         add_point((behind ? through : front).cloud,
                   {mirror.theta, mirror.phi + 180, theta_o, out.phi}, &value);
     }
+    if (sections > 0 && order.section_is_empty())
+        fail_at(line, "the file ends after the two numbers that start a section");
+    if (const std::string proof = order.look().proof; !proof.empty())
+        fail_at(line, "the file was cut off: " + proof);
     Reading reading;
     Understood& account = reading.understood;
+    warn_of_cut(order, account);
+    warn_of_open_end(lines, account);
     account.found("convention", "f", "the format stores a BSDF in 1/sr");
     account.found("units", format.sines ? "sines" : "degrees", "the line format");
     if (format.scale != 1 || format.logarithms)

@@ -66,8 +66,11 @@ Header read_header(LineScanner& lines) {
                 "line " + std::to_string(lines.line_number()) + ": the file ends before DataBegin");
 }
 
+/// What comes after a block.
+enum class After { kBlock, kDataEnd, kNothing };
+
 /// The keys of a block until the first row of numbers, which stays unread.
-bool read_block_keys(LineScanner& lines, Block& block, bool& end) {
+bool read_block_keys(LineScanner& lines, Block& block, After& after) {
     Line line;
     bool any = false;
     while (lines.next(line)) {
@@ -100,7 +103,7 @@ bool read_block_keys(LineScanner& lines, Block& block, bool& end) {
         } else if (same_word(key, "TIS")) {
             number();
         } else if (same_word(key, "DataEnd")) {
-            end = true;
+            after = After::kDataEnd;
             return any;
         } else if (parse_number(key)) {
             lines.put_back();
@@ -110,22 +113,23 @@ bool read_block_keys(LineScanner& lines, Block& block, bool& end) {
         }
         any = true;
     }
-    end = true;
+    after = After::kNothing;
     return any;
 }
 
-std::vector<Block> read_blocks(LineScanner& lines, const Header& header) {
+std::vector<Block> read_blocks(LineScanner& lines, const Header& header, Understood& account) {
     std::vector<Block> blocks;
     std::vector<double> row;
     std::size_t total = 0;
-    for (bool end = false; !end;) {
+    After after = After::kBlock;
+    while (after == After::kBlock) {
         Block block;
         if (!blocks.empty()) {  // what a block does not say stays as it was
             block = blocks.back();
             block.values.clear();
         }
-        const bool any = read_block_keys(lines, block, end);
-        if (end && !any) break;
+        const bool any = read_block_keys(lines, block, after);
+        if (after != After::kBlock && !any) break;
         if (blocks.size() >= kBlocksMax)
             throw Error("malformed_measurement",
                         "more than " + std::to_string(kBlocksMax) + " blocks");
@@ -144,6 +148,8 @@ std::vector<Block> read_blocks(LineScanner& lines, const Header& header) {
         if (block.channel.empty()) block.channel = "value";
         blocks.push_back(std::move(block));
     }
+    if (after == After::kNothing)
+        account.warn("no line DataEnd: the file may have been cut off after a block");
     return blocks;
 }
 
@@ -249,13 +255,13 @@ bool is_lighttools(std::string_view bytes) {
 Reading read_lighttools(std::string_view bytes, const ReadOptions& options) {
     LineScanner lines(bytes);
     const Header header = read_header(lines);
-    const std::vector<Block> blocks = read_blocks(lines, header);
+    Reading reading;
+    const std::vector<Block> blocks = read_blocks(lines, header, reading.understood);
     const bool minidiff = header.all_text.find("minidiff") != std::string::npos;
     const double theta_max = options.theta_out_max_deg.value_or(minidiff ? kMiniDiffReach : 90.0);
     std::map<std::tuple<bool, bool>, std::vector<const Block*>> groups;
     for (const Block& block : blocks)
         groups[{block.transmission, block.back || block.aoi > 90}].push_back(&block);
-    Reading reading;
     Counts counts;
     for (const auto& [key, group] : groups) {
         reading.components.push_back(make_component(header, group, theta_max, counts));

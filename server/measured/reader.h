@@ -36,7 +36,7 @@ struct Understood {
 
 /// Raised whenever a reader, or what is made of its points, gives other numbers: accounts are read
 /// afresh and results computed afresh.
-inline constexpr int kReaderRevision = 3;
+inline constexpr int kReaderRevision = 4;
 
 struct Reading {
     Understood understood;

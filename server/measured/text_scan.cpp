@@ -73,9 +73,11 @@ bool LineScanner::next_with_comments(Line& line) {
         ++number_;
         last_ = {trimmed(rest_.substr(0, end)), number_};
         if (end > kLineBytesMax) fail_at(last_, "longer than " + std::to_string(kLineBytesMax));
-        after_cr_ = end < rest_.size() && rest_[end] == '\r';
+        const bool has_end = end < rest_.size();
+        after_cr_ = has_end && rest_[end] == '\r';
         rest_.remove_prefix(std::min(end + 1, rest_.size()));
         if (last_.text.empty()) continue;
+        line_has_end_ = has_end;
         if (last_.text.find('\0') != last_.text.npos) fail_at(last_, "a NUL byte in a text file");
         line = last_;
         return true;
@@ -171,6 +173,12 @@ std::vector<double> read_list(LineScanner& lines, const Line& header, std::strin
                     "more than " + std::to_string(count) + " numbers of " + std::string(what));
     }
     return all;
+}
+
+void warn_of_open_end(const LineScanner& lines, Understood& account) {
+    if (!lines.line_has_end())
+        account.warn("line " + std::to_string(lines.line_number()) +
+                     " has no line end: the file may have been cut off within its last number");
 }
 
 bool line_starts(std::string_view bytes, std::string_view word, std::string_view stop) {

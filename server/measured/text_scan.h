@@ -8,6 +8,8 @@
 
 namespace kiln::measured {
 
+struct Understood;
+
 /// One line of a text file without its end and without blanks around it.
 struct Line {
     std::string_view text;
@@ -31,6 +33,8 @@ class LineScanner {
     /// The next line. Throws if the file ends, saying what was expected.
     Line expect(std::string_view what);
     std::size_t line_number() const { return number_; }
+    /// Whether the last line that was given has an end: without one a number in it may be cut.
+    bool line_has_end() const { return line_has_end_; }
 
   private:
     std::string_view rest_;
@@ -38,6 +42,7 @@ class LineScanner {
     Line last_;
     bool again_ = false;
     bool after_cr_ = false;
+    bool line_has_end_ = true;
 };
 
 /// The numbers of a line, separated by blanks, tabs, semicolons or commas. A comma is a decimal
@@ -64,6 +69,10 @@ std::string lower_case(std::string_view text);
 /// `count` numbers over one or more lines after `line`. Throws where more come or fewer.
 std::vector<double> read_list(LineScanner& lines, const Line& header, std::string_view what,
                               double count_given, std::size_t count_max);
+
+/// Warns where the last line read has no end: of a format without a closing mark that is all that a
+/// cut within the last number leaves.
+void warn_of_open_end(const LineScanner& lines, Understood& account);
 
 /// True if a line of the first 64 KiB starts with `word` before a line that starts with `stop`.
 bool line_starts(std::string_view bytes, std::string_view word, std::string_view stop = {});

@@ -22,6 +22,7 @@ struct Section {
     std::string name;
     std::vector<float> values;
     std::vector<double> tis;
+    bool open = false;  ///< its last line has no end
 };
 
 void check_range(const Line& line, std::string_view what, const std::vector<double>& list,
@@ -93,6 +94,7 @@ Section read_section(LineScanner& lines, const Line& line, const Header& header)
             }
         }
     }
+    section.open = !lines.line_has_end();
     if (lines.next(row) && !same_word(row.text, "DataEnd")) lines.put_back();
     return section;
 }
@@ -180,6 +182,7 @@ Reading read_zemax(std::string_view bytes, const ReadOptions&) {
         line = lines.expect("another tristimulus section");
         sections.push_back(read_section(lines, line, header));
     }
+    if (sections.back().open) warn_of_open_end(lines, reading.understood);
     Component part;
     part.name = header.transmission ? "transmission front" : "reflection front";
     part.cloud.channels =

@@ -190,6 +190,15 @@ class Measured(ServiceTest):
         self.assertEqual(batch[0]["status"], 422)
         self.assertIn(batch[1]["status"], (200, 202))
 
+    def test_an_id_that_is_none_is_refused_in_words(self):
+        for name in ("sha256:00", self.satin[:-1], "sha256:"):
+            answer = self.server.post({"kind": "slices", "measured": {"data": name}})
+            self.assertEqual(answer.status, 422, answer.body)
+            (problem,) = answer.json["problems"]
+            self.assertEqual(problem["pointer"], "/measured/data")
+            self.assertIn(f'is "{name[:40]}', problem["message"])  # a long one is cut
+            self.assertIn('; must be "sha256:" and 64 lower-case hex digits', problem["message"])
+
     def test_a_long_atlas_tells_its_progress_and_can_be_cancelled(self):
         """Some ten million texels: seconds at least, of which the test waits for a part."""
         job = {"kind": "atlas", "measured": {"data": [self.satin, self.felt] * 4,

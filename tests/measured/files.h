@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <gtest/gtest.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +23,14 @@ inline std::filesystem::path folder() {
 
 inline constexpr const char* kNoFolder =
     "no folder of measured files; KILN_MEASURED_FILES may name one";
+
+/// Of the real files.
+class Files : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (folder().empty()) GTEST_SKIP() << kNoFolder;
+    }
+};
 
 inline std::string bytes_of(const std::string& name) {
     std::ifstream in(folder() / name, std::ios::binary);

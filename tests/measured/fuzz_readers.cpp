@@ -21,8 +21,10 @@
 #include "server/base/error.h"
 #include "tests/measured/fuzz_targets.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // GCC
 #define KILN_SANITIZED 1
+#elif defined(__has_feature)  // Clang
+#define KILN_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
 #else
 #define KILN_SANITIZED 0
 #endif

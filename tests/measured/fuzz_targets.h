@@ -53,8 +53,8 @@ inline constexpr const char* kFuzzWords[] = {"-1",
 /// Largest cloud that is looked at as well as read.
 inline constexpr std::size_t kSurveyPointsMax = 600;
 
-/// Straight into the reader, so that no mutation of the magic hides it, and the whole way. Throws
-/// kiln::Error for what is refused.
+/// Straight into the reader, so that no mutation of the magic hides it, and one input of 16 the
+/// whole way: chooser, survey, account. Throws kiln::Error for what is refused.
 void read_all_the_way(const FuzzTarget& target, std::string_view bytes);
 
 }  // namespace kiln

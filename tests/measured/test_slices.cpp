@@ -227,6 +227,26 @@ TEST(Rgb9e5, RoundsAndCarries) {
     EXPECT_EQ(from_rgb9e5(to_rgb9e5({-1, 0, 0}))[0], 0);
 }
 
+/// Values that are floats and whose differences are not: never a texel of 0 where max() meets NaN.
+TEST(Slices, OfValuesTooLargeToInterpolateAreRefused) {
+    std::string text = "theta_in,phi_in,theta_out,phi_out,value\n";
+    int n = 0;
+    for (const char* theta_in : {"0", "30", "60"})
+        for (int theta = 0; theta < 90; theta += 15)
+            for (int phi = 0; phi < (theta == 0 ? 1 : 360); phi += 30)
+                text += std::string(theta_in) + ",0," + std::to_string(theta) + "," +
+                        std::to_string(phi) + (n++ % 2 == 0 ? ",3.4e38\n" : ",-3.4e38\n");
+    const Material material = material_of(text);
+    try {
+        make_slices({.theta_in = {0}, .width = 37, .height = 19}, {&material});
+        FAIL() << "was made";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), "non_finite");
+        EXPECT_EQ(std::string(error.what()).rfind("the slice at theta_in = 0 has a value", 0), 0u)
+            << error.what();
+    }
+}
+
 TEST(Material, ASingleLineOfPointsIsRefused) {
     EXPECT_THROW(material_of("theta_in,phi_in,theta_out,phi_out,r,g,b\n0,0,10,0,1,1,1\n"), Error);
 }

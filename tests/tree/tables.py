@@ -17,7 +17,7 @@ FILE_LINES_MAX = [
 FUNCTION_LINES_MAX = 70
 COLUMNS_MAX = 120   # a hard limit
 COLUMNS_AIM = 100   # what clang-format keeps to
-WIDE_LINES_MAX = 111  # lines between the two in the whole tree; lower it whenever the test says so
+WIDE_LINES_MAX = 110  # lines between the two in the whole tree; lower it whenever the test says so
 
 # file → lines wider than COLUMNS_MAX
 OVERWIDE_LINES = {
