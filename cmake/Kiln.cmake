@@ -16,10 +16,12 @@ function(kiln_room name)
   target_link_libraries(kiln_${name} PUBLIC ${ARG_LINK})
 endfunction()
 
-# What every test reads, parsed once for all of them: a quarter of what the compiler has to do there. Not for rooms:
-# what GCC 12 says of its own std::string (GCC bug 105651) it says of precompiled headers too, and hides of others.
-set(KILN_TEST_HEADERS <algorithm> <array> <cmath> <cstdint> <cstring> <filesystem> <fstream> <functional> <map>
-                      <memory> <optional> <random> <string> <string_view> <vector> <gtest/gtest.h>)
+# What every test reads, parsed once for all of them: a quarter of what the compiler has to do there.
+# Not for rooms: what GCC 12 says of its own std::string (GCC bug 105651) it says of precompiled
+# headers too, and hides of others.
+set(KILN_TEST_HEADERS <algorithm> <array> <cmath> <cstdint> <cstring> <filesystem> <fstream>
+                      <functional> <map> <memory> <optional> <random> <string> <string_view>
+                      <vector> <gtest/gtest.h>)
 
 # kiln_test(NAME SOURCES... [LINK libs...]): one GoogleTest program, each case known to ctest.
 function(kiln_test name)
@@ -30,7 +32,8 @@ function(kiln_test name)
                                              KILN_BINARY_DIR="${PROJECT_BINARY_DIR}")
   # -pthread, which comes with OpenEXR, for all alike; -fpch-preprocess is for ccache.
   target_compile_options(${name} PRIVATE ${KILN_OFTEN_BUILT} -pthread
-                         $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow>)
+                         $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess
+                           -Wno-array-bounds -Wno-stringop-overflow>)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main)
   get_property(first_test GLOBAL PROPERTY KILN_FIRST_TEST)
   if(first_test)

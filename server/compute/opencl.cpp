@@ -38,8 +38,8 @@ using Definitions = std::vector<std::pair<const char*, int>>;
 
 std::string build_options(const Definitions& definitions, Precision precision, std::size_t lanes,
                           const cl::Device& device) {
-    // -w: PoCL's compiler counts its warnings on the terminal, one for each function of vectors that
-    // are wider than the registers.
+    // -w: PoCL's compiler counts its warnings on the terminal, one for each function of vectors
+    // that are wider than the registers.
     std::string options = "-cl-std=CL1.2 -w";
     if (device.correctly_rounded) options += " -cl-fp32-correctly-rounded-divide-sqrt";
     const auto define = [&](const char* name, int value) {
