@@ -5,11 +5,11 @@
 //   KILN_LANES   1 | 2 …  lanes of a real: one on GPUs, a SIMD register or more on CPUs
 // Two kinds of value: `scalar` is uniform, `real` is one value a lane. A real is never tested by
 // `if`; lane_select(condition, a, b) is its choice, of which both sides are computed: what divides
-// is made safe before, in a variable of its own, since GCC takes K(1.0) / lane_select(…) apart and
-// divides by what was not chosen. Only + − × ÷ √ and lane_fma, all correctly
-// rounded, reach a real, and contraction is off: which products are fused stands in the text, so
-// that every CPU gives the same bits. (A CPU without the instruction, x86-64-v2 and older, computes
-// lane_fma in software, slowly.)
+// is made safe before, and where the numerator is constant in a variable of its own, since GCC
+// takes K(1.0) / lane_select(…) apart and divides by what was not chosen. Only + − × ÷ √ and
+// lane_fma, all correctly rounded, reach a real, and contraction is off: which products are fused
+// stands in the text, so that every CPU gives the same bits. (A CPU without the instruction,
+// x86-64-v2 and older, computes lane_fma in software, slowly.)
 
 #ifdef __OPENCL_C_VERSION__
 

@@ -4,17 +4,21 @@
 // A NaN comes out as a NaN. Nothing here returns a subnormal, and no argument but a zero may be
 // one: some devices have none.
 
-// The largest scalar, the smallest normal one, and the logarithm past the largest.
+// The largest scalar, the smallest normal one, one with a square well above it, and the logarithm
+// past the largest.
 #undef KILN_HUGE
 #undef KILN_TINY
+#undef KILN_ROOT_TINY
 #undef KILN_EXPONENT_MAX
 #if KILN_DOUBLE
 #define KILN_HUGE K(1.7976931348623157e308)
 #define KILN_TINY K(2.2250738585072014e-308)
+#define KILN_ROOT_TINY K(1e-150)
 #define KILN_EXPONENT_MAX K(1024.0)
 #else
 #define KILN_HUGE K(3.402823466e38)
 #define KILN_TINY K(1.175494351e-38)
+#define KILN_ROOT_TINY K(1e-18)
 #define KILN_EXPONENT_MAX K(128.0)
 #endif
 

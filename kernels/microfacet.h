@@ -191,8 +191,8 @@ KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, Ha
     const real inverse = K(1.0) / hh, root = lane_sqrt(inverse);
     Scattering s;
     // α = 0 at NoV = 0: the mirror's limit, from a view that is as good as grazing. Nearer to it
-    // the products of two cosines are no numbers of float.
-    view.S = lane_max(view.S, lanes(K(1e-18)));
+    // the products of two cosines are no numbers.
+    view.S = lane_max(view.S, lanes(KILN_ROOT_TINY));
     s.NoV = view.vz * view.S;
     s.sinV = lane_sqrt((K(1.0) - s.NoV) * (K(1.0) + s.NoV));
     s.VoH = K(0.5) * view.S * h.VoH2 * root;

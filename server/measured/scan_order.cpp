@@ -2,15 +2,15 @@
 #include "server/measured/scan_order.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "server/measured/reader.h"
 
 namespace kiln::measured {
 namespace {
 
-/// What the last ring or section of a file can break: rings end at few angles, each of several
-/// rings, and sections of several rings at one.
-constexpr std::size_t kEndsOfARule = 4, kRingsOfAnEnd = 4, kSectionsOfARule = 2;
+/// What the last ring of a file can break: rings end at few angles, each of several rings.
+constexpr std::size_t kEndsOfARule = 4, kRingsOfAnEnd = 4;
 
 }  // namespace
 
@@ -78,24 +78,26 @@ ScanOrder::Cut ScanOrder::look() const {
         const Nesting& scan = nestings_[n];
         if (!scan.ordered || scan.direction == 0) continue;
         const std::string outer(names_[n]), inner(names_[1 - n]);
-        const std::string place = "the rows end at " + outer + " " + in_words(scan.outer) + ", " +
-                                  inner + " " + in_words(scan.inner);
-        if (scan.ends_inside_ring(n == 0 && scan.outer == 0)) {
-            std::string ends;
+        const bool inside = scan.ends_inside_ring(n == 0 && scan.outer == 0);
+        const bool before = scan.ends_before_others();
+        if (!inside && !before) continue;
+        std::string what = "the rows end at " + outer + " " + in_words(scan.outer) + ", " + inner +
+                           " " + in_words(scan.inner);
+        if (inside) {
+            what += ", but all " + std::to_string(scan.rings) + " others of one " + outer +
+                    " end at " + inner;
+            const char* joint = " ";
             for (const double end : scan.ring_ends)
-                ends += (ends.empty() ? "" : " or ") + in_words(end);
-            cut.proof = place + ", but all " + std::to_string(scan.rings) + " others of one " +
-                        outer + " end at " + inner + " " + ends;
-        } else if (scan.ends_before_others()) {
-            const bool same = scan.end_min == scan.end_max;
-            const std::string ends =
-                in_words(scan.end_min) + (same ? "" : " to " + in_words(scan.end_max));
-            const bool rule = same && scan.sections >= kSectionsOfARule &&
-                              scan.section_rings_min >= kRingsOfAnEnd;
-            (rule ? cut.proof : cut.suspicion) =
-                place + ", those of the other directions of light (" +
-                std::to_string(scan.sections) + ") at " + outer + " " + ends;
+                what += std::exchange(joint, " or ") + in_words(end);
         }
+        if (before) {
+            what += std::string(inside ? " and" : ",") +
+                    " those of the other directions of light (" + std::to_string(scan.sections) +
+                    ") at " + outer + " " + in_words(scan.end_min);
+            if (scan.end_min != scan.end_max) what += " to " + in_words(scan.end_max);
+        }
+        // An arm may hide the end of a ring, or all rings of a section from one on: not both.
+        (inside && before && scan.ring_points > 1 ? cut.proof : cut.suspicion) = what;
     }
     return cut;
 }

@@ -77,7 +77,7 @@ bool LineScanner::next_with_comments(Line& line) {
         after_cr_ = has_end && rest_[end] == '\r';
         rest_.remove_prefix(std::min(end + 1, rest_.size()));
         if (last_.text.empty()) continue;
-        line_has_end_ = has_end;
+        line_has_end_ = has_end || last_.text.front() == '#';
         if (last_.text.find('\0') != last_.text.npos) fail_at(last_, "a NUL byte in a text file");
         line = last_;
         return true;

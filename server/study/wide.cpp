@@ -17,6 +17,7 @@ inline real lane_fma(real a, real b, real c) { return a * b + c; }
 #define K(literal) literal##L
 
 #define KILN_TINY 3.4e-4932L
+#define KILN_ROOT_TINY 1e-2400L
 // In place of kernels/lane_math.h and lane_arc.h, which are fitted to float and double.
 inline real lane_min(real a, real b) { return a > b ? b : a; }
 inline real lane_max(real a, real b) { return a < b ? b : a; }

@@ -26,7 +26,7 @@ inline std::vector<KernelMaterial> every_lobe() {
         job += softened ? R"(","terminator_softening":true}})" : "\"}}";
         try {
             lobes.push_back(lobe_of(parse_job(job)));
-        } catch (const Error&) {
+        } catch (const InvalidJob&) {
             // no such lobe
         }
     };

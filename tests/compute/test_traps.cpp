@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cfenv>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -121,7 +122,9 @@ std::string name_of(const KernelMaterial& what) {
 }
 
 TEST_F(Traps, N20SpecularLobes) {
-    for (const KernelMaterial& lobe : every_lobe())
+    std::set<int> held;
+    for (const KernelMaterial& lobe : every_lobe()) {
+        held.insert(lobe.distribution);
         for (const int averaged : {0, 1}) {
             KernelMaterial what = lobe;
             what.averaged = averaged;
@@ -132,6 +135,8 @@ TEST_F(Traps, N20SpecularLobes) {
                 hold(what, fresnel, name_of(what));
             }
         }
+    }
+    EXPECT_EQ(held.size(), words<Distribution>().size());
 }
 
 // GGX under Smith, whose kernels are their own, and the samplers that no job names.
@@ -184,8 +189,10 @@ TEST_F(Traps, N20Quadrature) {
 // Charlie's E has no bound where roughness and NoV vanish together.
 TEST_F(Traps, N20QuadratureOfLobes) {
     constexpr int kDielectric = 3;
+    std::set<int> held;
     for (const KernelMaterial& lobe : every_lobe()) {
         if (lobe.importance != static_cast<int>(Importance::uniform)) continue;  // each lobe once
+        held.insert(lobe.distribution);
         for (const Precision precision : {Precision::float32, Precision::float64})
             for (const bool total : {false, true}) {
                 const LobeRule rule{lobe.distribution, lobe.masking,
@@ -201,6 +208,7 @@ TEST_F(Traps, N20QuadratureOfLobes) {
                     << name_of(lobe) << ", total " << total << ", " << to_word(precision);
             }
     }
+    EXPECT_EQ(held.size(), words<Distribution>().size());
 }
 
 TEST_F(Traps, N20QuadratureOfDiffuseLobes) {

@@ -114,9 +114,9 @@ TEST_F(Files, ZemaxAndFredDifferWhereNobodyInterpolates) {
 
 /// The instrument's own readings of that sample (RT, the workbook beside the files): light at 70
 /// degrees, views in the plane of incidence every 5 degrees from 55, at its azimuths -90 and 90.
-/// f = RT / (pi cos theta), the mean of both. Three digits were written, of numbers from
-/// .422: 1.2e-3 at most; FRED, whose angles are these, is there within 2e-3, and Zemax, which was
-/// made of them about the mirror direction, is not.
+/// f = RT / (pi cos theta), the mean of both. Written with three digits they are good to 5e-4 to
+/// 4e-3; FRED, whose angles are these, is nearer than 2e-3 (1.3e-3 seen), and Zemax, which was made
+/// of them about the mirror direction, is 2.5e-2 away and more.
 TEST_F(Files, FredHasTheReadingsOfTheInstrumentAndZemaxHasNot) {
     constexpr std::array<std::array<double, 2>, 6> kReadings = {
         {{.468, .422}, {.715, .639}, {1.04, .929}, {1.35, 1.22}, {1.37, 1.28}, {.989, .998}}};

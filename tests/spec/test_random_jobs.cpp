@@ -106,8 +106,8 @@ TEST(Jobs, RandomJobsRoundTrip) {
         ASSERT_EQ(again, job) << text;
         ASSERT_EQ(canonical(again), text);
     }
-    EXPECT_GT(custom_count, rounds * 2 / 5);
-    EXPECT_GT(flat_count, rounds / 5);
+    EXPECT_GE(custom_count, rounds * 2 / 5);
+    EXPECT_GE(flat_count, rounds / 5);
 }
 
 }  // namespace
