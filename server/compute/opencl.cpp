@@ -130,9 +130,11 @@ struct OpenClBackend::State {
         cl::check(status, "clCreateCommandQueue");
     }
 
+    /// Of a register: of two, A and B of AVX2 took up to twice as long for want of registers.
     std::size_t lanes(Precision precision) const {
         if (!device.cpu) return 1;
-        return precision == Precision::float64 ? 8 : 16;
+        const std::size_t floats = device.float_lanes <= 4 ? 4 : device.float_lanes <= 8 ? 8 : 16;
+        return precision == Precision::float64 ? floats / 2 : floats;
     }
 
     const Built& find(const KernelKind& what) const {

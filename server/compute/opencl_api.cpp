@@ -68,6 +68,7 @@ Device describe(cl_device_id id) {
     device.version = text_of(id, CL_DEVICE_VERSION);
     device.driver = text_of(id, CL_DRIVER_VERSION);
     device.compute_units = value_of<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS);
+    device.float_lanes = value_of<cl_uint>(id, CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT);
     device.cpu = (value_of<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU) != 0;
     device.doubles = value_of<cl_device_fp_config>(id, CL_DEVICE_DOUBLE_FP_CONFIG) != 0;
     device.correctly_rounded = (value_of<cl_device_fp_config>(id, CL_DEVICE_SINGLE_FP_CONFIG) &

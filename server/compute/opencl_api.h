@@ -44,6 +44,7 @@ struct Device {
     cl_device_id id = nullptr;
     std::string name, vendor, version, driver;
     unsigned compute_units = 0;
+    unsigned float_lanes = 1;  ///< of a vector that suits the device
     bool cpu = false;
     bool doubles = false;
     bool correctly_rounded = false;  ///< float ÷ and √
