@@ -87,6 +87,8 @@ class RemoteBakery final : public Bakery {
 
     Baking fetch(JobStatus status, const JobSpec& job, Overall& overall, std::size_t done) {
         const double wait_s = mode_ == ProgressMode::none ? kQuietWaitS : kPollWaitS;
+        // A later answer calls cached what has ended by then, this client's own job among it.
+        const bool cached = status.cached;
         while (status.state == "queued" || status.state == "running") {
             overall.update(done, {status.state, status.progress, status.standard_error_max});
             if (stop_.requested()) throw Cancelled();
@@ -105,8 +107,7 @@ class RemoteBakery final : public Bakery {
                               (status.error_detail.empty() ? "" : ": " + status.error_detail));
         std::string image = api_.image(status.id);
         std::string sidecar = is_measured(job.kind) ? api_.sidecar(status.id) : "";
-        return {std::move(image), api_.report(status.id), std::move(sidecar), api_.url(),
-                status.cached};
+        return {std::move(image), api_.report(status.id), std::move(sidecar), api_.url(), cached};
     }
 
     /// Best effort: the reason for leaving is what the user hears, not that the server was gone
