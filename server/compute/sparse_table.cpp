@@ -10,10 +10,11 @@ namespace kiln {
 namespace {
 
 /// Knots of a loose tolerance: a lobe's own features are as wide as they are far from the end.
-/// Below kLoose more cells of that size would fail than it saves.
-constexpr double kLoose = 1e-3;
+/// Below kLoose and kLoosest more cells of that size would fail than it saves.
+constexpr double kLoose = 1e-3, kLoosest = 1e-2;
 KnotLine knots_for(double tolerance, std::int64_t count, bool flip) {
-    return tolerance >= kLoose ? KnotLine(count, flip, 3, 16) : KnotLine(count, flip, 6, 8);
+    if (tolerance < kLoose) return KnotLine(count, flip, 6, 8);
+    return KnotLine(count, flip, 3, tolerance < kLoosest ? 16 : 32);
 }
 /// Of the tolerance: what the interpolation may take, and what is left for the quadrature.
 constexpr double kInterpolationShare = 0.25;
