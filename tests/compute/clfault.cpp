@@ -72,7 +72,6 @@ FORWARD(clEnqueueNDRangeKernel,
         (cl_command_queue q, cl_kernel k, cl_uint d, const size_t* a, const size_t* b,
          const size_t* c, cl_uint n, const cl_event* w, cl_event* e),
         q, k, d, a, b, c, n, w, e)
-FORWARD(clFinish, (cl_command_queue q), q)
 FORWARD(clSetKernelArg, (cl_kernel k, cl_uint i, size_t s, const void* v), k, i, s, v)
 
 extern "C" cl_int clEnqueueReadBuffer(cl_command_queue q, cl_mem m, cl_bool b, size_t o, size_t s,

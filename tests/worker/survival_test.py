@@ -49,10 +49,10 @@ class Survival(unittest.TestCase):
         self.assertIsNone(server.get(other["links"]["report"]).json["device"]["fallback"])
 
     def test_a_worker_whose_device_hangs_ends_itself(self):
-        # The first clFinish ends the trial of the program, the second a launch of the first job
+        # The first read ends the trial of the program, the second a launch of the first job
         # that comes after it; a worker that follows has a first and a second of its own.
         server = self.serve("--stall-s", "3", environment={
-            "LD_PRELOAD": CLFAULT_LIBRARY, "CLFAULT": "clFinish:2:hang"})
+            "LD_PRELOAD": CLFAULT_LIBRARY, "CLFAULT": "clEnqueueReadBuffer:2:hang"})
         first = wait_until(server.workers)[0]
         for seed in range(500):  # until the program is built, native does the jobs
             job_id = server.post({**SMALL, "seed": seed}).json["id"]
