@@ -59,7 +59,7 @@ KILN_FUNCTION void take_light(const Integrand what, const int averaged, const Vi
                               Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
     const HalfVector h = flight->h[KILN_SLOT(i)];
-    real NoH = lanes(points[KILN_POINT_SCALARS * i + 1]);
+    real NoH = lanes(half_vector_NoH(what.importance, points + KILN_POINT_SCALARS * i));
     if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) NoH = flight->NoH[KILN_SLOT(i)];
     flight->light[KILN_SLOT(i)] = ggx_mirror(view, h, NoH);
     if (what.terms & KILN_TERM_FRESNEL)

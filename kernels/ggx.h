@@ -4,7 +4,7 @@
 //
 // The view lies in the plane y = 0. By symmetry an azimuth enters through its cosine alone, and the
 // host hands cosines over in the points: no trigonometry here. Half vectors stay unnormalised, with
-// the N·h that every sampler's point brings along as its second scalar. S is
+// an N·h that is the same in every lane: the sampler's own, or the point's second scalar. S is
 // the length of the stretched view (α sinθ, 0, NoV), which is also its Smith length (smith.h).
 
 typedef struct {
@@ -24,8 +24,8 @@ typedef struct {
 } HalfVector;
 
 // The light that mirrors the view, L = 2 (V·h) h / h·h − V, with NoL and S(NoL) scaled by
-// KILN_LIGHT_SCALE h·h / S. A point is 2^-33 from the rim at the least, and h·h its square there:
-// the power of two keeps the squares of NoL and S among the normal numbers of float.
+// KILN_LIGHT_SCALE h·h / S: the power of two keeps their squares among the normal numbers of float
+// where h·h is small.
 #define KILN_LIGHT_SCALE K(16777216.0)
 typedef struct {
     real NoL;
@@ -55,16 +55,21 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 // Visible normals by spherical caps (Dupuy, Benyoub 2023, listing 3): a direction c with
 // c.z = (1 − u)(1 + vz) − vz, and h = (c + v) / (1 + vz) before it is stretched back. |c| = |v| = 1
 // gives |h.xy|² = 2 v·h / (1 + vz) − h.z². Over 1 + vz the sine of c is √(u (1 − u + tan²)), with
-// the tangent of half the view's angle, and h.z is the point's own. The point is (cos φ, 1 − u, u,
-// (1 − u)², u (1 − u)).
+// the tangent of half the view's angle, and h.z is 1 − u: all is divided by that, which leaves h.z
+// out of every product, and given the one length that leaves it out of the light's as well. A point
+// is 2^-33 from the rim at the least: h·h stays below 2^20. The point is (cos φ, r = 1 / (1 − u),
+// u r², u r).
+#define KILN_VISIBLE_NOH (K(1.0) / KILN_LIGHT_SCALE)
 KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* point) {
     const real tan2 = view.tan_half * view.tan_half;
-    const real sine = lane_sqrt(lane_fma(tan2, lanes(point[2]), lanes(point[4])));
-    const real hx = lane_fma(lanes(point[0]), sine, view.tan_half);
+    const real sine = lane_sqrt(lane_fma(tan2, lanes(point[2]), lanes(point[3])));
+    const real hx = lane_fma(lanes(point[0]), sine, view.tan_half * point[1]);
     const real alpha2_over_cap = view.alpha * view.alpha * view.inverse_cap;
     HalfVector h;
-    h.VoH2 = lane_fma(K(2.0) * view.vx, hx, (K(2.0) * view.vz) * point[1]);
-    h.hh = lane_fma(alpha2_over_cap, h.VoH2, view.one_minus_alpha2 * point[3]);
+    h.VoH2 =
+        lane_fma((K(2.0) * KILN_VISIBLE_NOH) * view.vx, hx, (K(2.0) * KILN_VISIBLE_NOH) * view.vz);
+    h.hh = lane_fma(KILN_VISIBLE_NOH * alpha2_over_cap, h.VoH2 * point[1],
+                    (KILN_VISIBLE_NOH * KILN_VISIBLE_NOH) * view.one_minus_alpha2);
     return h;
 }
 
@@ -87,7 +92,7 @@ KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, real inverse_NoH) 
 KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, real NoH) {
     const real edge = (KILN_LIGHT_SCALE * view.alpha_over_S) * h.hh;
     Light light;
-    light.NoL = lane_fma(KILN_LIGHT_SCALE * h.VoH2, NoH, -((KILN_LIGHT_SCALE * view.vz) * h.hh));
+    light.NoL = lane_fma(-(KILN_LIGHT_SCALE * view.vz), h.hh, (KILN_LIGHT_SCALE * NoH) * h.VoH2);
     light.S = lane_root(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
     return light;
 }

@@ -28,6 +28,11 @@ KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view,
     return ggx_sample_vndf(view, point);
 }
 
+// N·h of that half vector.
+KILN_FUNCTION scalar half_vector_NoH(const int importance, KILN_GLOBAL const scalar* point) {
+    return importance == KILN_IMPORTANCE_VNDF ? KILN_VISIBLE_NOH : point[1];
+}
+
 // Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the
 // densities. A light below the horizon carries nothing: its sample weighs 0, lacks all, and stays
 // in the divisor. Under all normals the deficit is a difference: 1 − G2/G1 times the ratio has no

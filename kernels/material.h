@@ -67,7 +67,7 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
             sample = sample_visible_light(view, point);
         } else {
             sample.h = sample_half_vector(fast, view, point);
-            sample.NoH = lanes(point[1]);
+            sample.NoH = lanes(half_vector_NoH(what.importance, point));
             sample.weight = lanes(point[2]);
         }
         *VoH = ggx_VoH(view, sample.h);
@@ -80,9 +80,9 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
         s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoV, s.NoH, s.sin2_H);
     } else if (what.importance == KILN_IMPORTANCE_VNDF) {
         const HalfVector h = ggx_sample_vndf(view, point);
-        s = scatter_half_vector(what.importance, view, h, point[1]);
+        s = scatter_half_vector(what.importance, view, h, KILN_VISIBLE_NOH);
         if (what.distribution == KILN_DISTRIBUTION_BECKMANN)
-            s.factor = s.factor * beckmann_over_ggx(view, h, point[1]);
+            s.factor = s.factor * beckmann_over_ggx(view, h, point);
     } else if (what.distribution == KILN_DISTRIBUTION_BECKMANN) {
         s = scatter_half_vector(what.importance, view, beckmann_sample_ndf(view, point), point[1]);
     } else {

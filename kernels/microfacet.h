@@ -136,12 +136,10 @@ KILN_FUNCTION real microfacet_product(const int distribution, const int masking,
 // D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with
 // x = tan²θ / α² it is exp(−x) (1 + x)², at most 4 / e. So GGX's visible normals serve Beckmann's
 // lobe: where they are too many, they are so by a bounded factor. From x = 80 on, where it is
-// 1e-31, it stays.
-KILN_CALLED real beckmann_over_ggx(View view, HalfVector h, scalar NoH) {
-    const real hz2 = lanes(NoH * NoH), most = lanes(K(80.0));
-    const real hxy2 = lane_fma(h.VoH2, view.inverse_cap, -hz2);
-    const real x = lane_select(hxy2 < most * hz2, hxy2 / lane_max(hz2, lanes(KILN_TINY)), most);
-    const real spread = K(1.0) + lane_max(x, lanes(K(0.0)));
+// 1e-31, it stays. 1 + x is h·h over h.z² before h is stretched back.
+KILN_CALLED real beckmann_over_ggx(View view, HalfVector h, KILN_GLOBAL const scalar* point) {
+    const real ratio = h.VoH2 * view.inverse_cap * (point[1] * (K(1.0) / KILN_VISIBLE_NOH));
+    const real spread = lane_max(lane_min(ratio, lanes(K(81.0))), lanes(K(1.0)));
     return lane_exp(K(1.0) - spread) * (spread * spread);
 }
 

@@ -249,8 +249,8 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
     double NoV = std::sqrt(point[2]);
     switch (kind) {
         case PointKind::visible_normals:
-            values.insert(values.end(), {cosine, rest, u});
-            break;
+            values.insert(values.end(), {cosine, 1 / rest, u / (rest * rest), u / rest, u, NoV});
+            return;
         case PointKind::ggx_normals: {
             const double z = std::sqrt(rest);
             values.insert(values.end(), {std::sqrt(u) * cosine, z, 1 / z});

@@ -67,7 +67,7 @@ void set_fresnel(Pointwise& p, const FresnelModel& model, std::size_t channel) {
 
 /// A point of the visible normals (kernels/ggx.h).
 std::array<double, kPointScalars> half_vector_point(double cos_phi, double u) {
-    return {cos_phi, 1 - u, u, (1 - u) * (1 - u), u * (1 - u), 0};
+    return {cos_phi, 1 / (1 - u), u / ((1 - u) * (1 - u)), u / (1 - u), 0, 0};
 }
 
 /// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
@@ -84,6 +84,7 @@ Pointwise reflected(const FresnelRow& row) {
                              0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
         p.places.push_back({VoH, 0});
     p.NoV_units = 16;  // VoH there is a product with lane_rsqrt(): 8e-7 relative
+    p.rounds_one = true;
     p.column = [](const Place& place) { return plain(place.NoV); };
     p.closed = [row](const Place& place) -> std::optional<double> {
         if (place.NoV == 1) return row.at_normal;

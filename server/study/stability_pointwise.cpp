@@ -45,7 +45,7 @@ class Judge {
         const long double value = wide_term(material_, term_, at_);
         value_ = value;
         spread_ = 0;
-        vary(at_.NoV, p_.NoV_units);
+        vary(at_.NoV, p_.NoV_units, !p_.rounds_one);
         vary(at_.alpha, kInputUnits);
         // The azimuth's cosine is exact in all points of this study.
         for (std::size_t i = 1; i < kPointScalars; ++i) vary(at_.point[i], kInputUnits);
@@ -64,8 +64,9 @@ class Judge {
         return beyond ? std::copysign(std::numeric_limits<double>::infinity(), value) : value;
     }
 
-    /// The value's greatest change as one input moves. 0 is exact, and so is a cosine of 1.
-    void vary(long double& input, double units) {
+    /// The value's greatest change as one input moves. 0 is exact, and so is a cosine of 1 but
+    /// where it is a product.
+    void vary(long double& input, double units, bool one_is_exact = true) {
         const long double given = input;
         if (given == 0) return;
         long double most = 0;
@@ -77,7 +78,7 @@ class Judge {
             input = given;
         };
         const long double step = units * format_.unit;
-        if (std::abs(given) != 1) {
+        if (std::abs(given) != 1 || !one_is_exact) {
             tell(given * (1 - step));
             tell(given * (1 + step));
         }

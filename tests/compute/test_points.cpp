@@ -34,11 +34,16 @@ TEST(Points, CoordinatesLieInsideTheirRanges) {
             const PointSet set = make_points(sampler, PointKind::visible_normals, 5, count);
             ASSERT_EQ(set.values.size(), static_cast<std::size_t>(count) * kPointScalars);
             for (std::size_t i = 0; i < set.values.size(); i += kPointScalars) {
-                EXPECT_LE(std::abs(set.values[i]), 1);
-                for (std::size_t k = 1; k < kPointScalars; ++k) {
-                    EXPECT_GT(set.values[i + k], 0) << to_word(sampler);
-                    EXPECT_LT(set.values[i + k], 1) << to_word(sampler);
-                    EXPECT_GT(static_cast<float>(set.values[i + k]), 0) << to_word(sampler);
+                const double* point = &set.values[i];
+                EXPECT_LE(std::abs(point[0]), 1);
+                EXPECT_GT(point[1], 1) << to_word(sampler);
+                EXPECT_LE(point[1], 0x1p33) << to_word(sampler);  // half a cell from the rim
+                EXPECT_NEAR(point[1] * (1 - point[4]), 1, 1e-15) << to_word(sampler);
+                EXPECT_NEAR(point[2] / point[1] / point[3], 1, 1e-15) << to_word(sampler);
+                EXPECT_NEAR(point[3] / point[1] / point[4], 1, 1e-15) << to_word(sampler);
+                for (const std::size_t uniform : {4U, 5U}) {
+                    EXPECT_GT(static_cast<float>(point[uniform]), 0) << to_word(sampler);
+                    EXPECT_LT(point[uniform], 1) << to_word(sampler);
                 }
             }
         }
@@ -64,7 +69,7 @@ TEST(Points, BatchesCoverEveryPointOnceAndNoMoreThanABatchHolds) {
     }
 }
 
-/// u of every point of one replicate, from the vndf point (cos φ, 1 − u, u, –, –, NoV).
+/// u of every point of one replicate, from the vndf point (cos φ, r, u r², u r, u, NoV).
 std::vector<double> coordinate(const PointSet& set, std::size_t replicate, std::size_t scalar) {
     std::size_t first = 0;
     for (std::size_t r = 0; r < replicate; ++r) first += set.replicate_sizes[r];
@@ -77,7 +82,7 @@ std::vector<double> coordinate(const PointSet& set, std::size_t replicate, std::
 TEST(Points, AScrambledSobolSetHasOnePointInEveryInterval) {
     const PointSet set = make_points(Sampler::sobol_owen, PointKind::visible_normals, 11, 16 * 256);
     for (std::size_t r = 0; r < 16; ++r) {
-        for (const std::size_t scalar : {2u, 5u}) {
+        for (const std::size_t scalar : {4u, 5u}) {
             std::set<int> cells;
             for (double u : coordinate(set, r, scalar)) {
                 if (scalar == 5) u *= u;  // NoV = √u
@@ -92,7 +97,7 @@ TEST(Points, AScrambledSobolSetIsANetInTheHalfVectorsPlane) {
     // (0, 8, 2)-net in base 2: every elementary interval of area 1/256 holds one of 256 points (φ /
     // π, u).
     const PointSet set = make_points(Sampler::sobol_owen, PointKind::visible_normals, 12, 16 * 256);
-    const std::vector<double> cosines = coordinate(set, 3, 0), us = coordinate(set, 3, 2);
+    const std::vector<double> cosines = coordinate(set, 3, 0), us = coordinate(set, 3, 4);
     for (int bits = 1; bits <= 7; ++bits) {
         std::vector<int> cells(256);
         const int along_u = 1 << (8 - bits), along_phi = 1 << bits;
@@ -114,7 +119,7 @@ TEST(Points, EveryReplicateIsUniformAndNoTwoAreAlike) {
         std::set<double> first_points;
         double mean = 0;
         for (std::size_t r = 0; r < 16; ++r) {
-            const auto u = coordinate(set, r, 2);
+            const auto u = coordinate(set, r, 4);
             first_points.insert(u.front());
             for (const double value : u) mean += value / (16.0 * 1024);
         }

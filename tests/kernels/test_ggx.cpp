@@ -24,12 +24,13 @@ struct Sample {
 };
 
 Sample sample(bool visible, const View& view, double u, double phi) {
-    const double z = visible ? 1 - u : std::sqrt(1 - u);
-    const double point[] = {visible ? std::cos(phi) : std::sqrt(u) * std::cos(phi), z, u, z * z,
-                            u * (1 - u)};
-    return {
-        visible ? in_double::ggx_sample_vndf(view, point) : in_double::ggx_sample_ndf(view, point),
-        z};
+    const double rest = 1 - u, z = std::sqrt(rest);
+    if (visible) {
+        const double point[] = {std::cos(phi), 1 / rest, u / (rest * rest), u / rest};
+        return {in_double::ggx_sample_vndf(view, point), KILN_VISIBLE_NOH};
+    }
+    const double point[] = {std::sqrt(u) * std::cos(phi), z, 1 / z, rest};
+    return {in_double::ggx_sample_ndf(view, point), z};
 }
 
 /// The unit half vector, its y up to sign, from what the sampler keeps: N·h, V·h and h·h.

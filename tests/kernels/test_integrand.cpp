@@ -14,14 +14,14 @@ constexpr in_double::Integrand kAll = {KILN_MASKING_SMITH_CORRELATED, KILN_IMPOR
 in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double alpha, double u,
                           double phi) {
     const in_double::View view = in_double::ggx_view(NoV, alpha);
-    const bool ndf = what.importance == KILN_IMPORTANCE_NDF;
-    const double a = ndf ? std::sqrt(u) * std::cos(phi) : std::cos(phi),
-                 b = ndf ? std::sqrt(1 - u) : 1 - u;
-    const double c = ndf ? 1 / b : u;
-    const double point[] = {a, b, c, b * b, u * (1 - u)};
+    const double rest = 1 - u, z = std::sqrt(rest);
+    const double of_all[] = {std::sqrt(u) * std::cos(phi), z, 1 / z, rest};
+    const double visible[] = {std::cos(phi), 1 / rest, u / (rest * rest), u / rest};
+    const double* point = what.importance == KILN_IMPORTANCE_NDF ? of_all : visible;
     const auto h = in_double::sample_half_vector(what, view, point);
-    return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h, b),
-                            in_double::ggx_one_minus_VoH(view, h), c);
+    const double NoH = in_double::half_vector_NoH(what.importance, point);
+    return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h, NoH),
+                            in_double::ggx_one_minus_VoH(view, h), point[2]);
 }
 
 }  // namespace
@@ -102,14 +102,13 @@ TEST(Integrand, FloatStaysInItsRangeOverRandomExtremes) {
         const in_float::View view = in_float::ggx_view(NoV, alpha);
         const auto cosine =
             static_cast<float>(i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random)));
-        const auto rest = static_cast<float>(1 - u);
-        const float point[] = {cosine, rest, static_cast<float>(u),
-                               static_cast<float>((1 - u) * (1 - u)),
-                               static_cast<float>(u * (1 - u))};
+        const double r = 1 / (1 - u);
+        const float point[] = {cosine, static_cast<float>(r), static_cast<float>(u * r * r),
+                               static_cast<float>(u * r)};
         const auto h = in_float::ggx_sample_vndf(view, point);
-        const auto terms =
-            in_float::weigh(what, view, h, in_float::ggx_mirror(view, h, rest),
-                            in_float::ggx_one_minus_VoH(view, h), static_cast<float>(u));
+        const auto NoH = static_cast<float>(KILN_VISIBLE_NOH);
+        const auto terms = in_float::weigh(what, view, h, in_float::ggx_mirror(view, h, NoH),
+                                           in_float::ggx_one_minus_VoH(view, h), 0);
         for (const float value : {terms.weight, terms.fresnel, terms.deficit}) {
             ASSERT_TRUE(std::isfinite(value)) << NoV << " " << alpha << " " << u << " " << cosine;
             ASSERT_GE(value, -kSlack) << NoV << " " << alpha << " " << u << " " << cosine;

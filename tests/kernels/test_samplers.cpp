@@ -80,7 +80,8 @@ Subject half_vectors(PointKind kind, double NoV, double alpha,
             kind == PointKind::visible_normals ? in_double::ggx_sample_vndf(view, point)
             : kind == PointKind::ggx_normals   ? in_double::ggx_sample_ndf(view, point)
                                                : in_double::beckmann_sample_ndf(view, point);
-        const double length = std::sqrt(h.hh), z = point[1] / length;
+        const double NoH = kind == PointKind::visible_normals ? KILN_VISIBLE_NOH : point[1];
+        const double length = std::sqrt(h.hh), z = NoH / length;
         const double VoH = view.S * h.VoH2 / 2 / length;
         const double x = (VoH - NoV * z) / std::sqrt(1 - NoV * NoV),
                      tangent = std::sqrt(1 - z * z) / z;

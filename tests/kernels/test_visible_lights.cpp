@@ -93,7 +93,7 @@ TEST(VisibleLights, HostsPointsHaveTheShareAboveTheHorizon) {
             share += in_double::sample_visible_light(view, &points.values[6 * i]).weight / kSamples;
             const double* normal = &normals.values[6 * i];
             const auto h = in_double::ggx_sample_vndf(view, normal);
-            above += in_double::ggx_mirror(view, h, normal[1]).NoL > 0 ? 1. / kSamples : 0;
+            above += in_double::ggx_mirror(view, h, KILN_VISIBLE_NOH).NoL > 0 ? 1. / kSamples : 0;
         }
         EXPECT_NEAR(share, above, 5e-5) << at.NoV << " " << at.alpha;
     }
