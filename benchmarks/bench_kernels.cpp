@@ -23,6 +23,7 @@
 #include <memory>
 #include <string>
 
+#include "benchmarks/arithmetic_limit.h"
 #include "server/base/error.h"
 #include "server/compute/fresnel.h"
 #include "server/compute/native.h"
@@ -37,64 +38,72 @@ namespace {
 
 using namespace kiln;
 
-constexpr std::size_t kSide = 64, kStride = kSide * kSide, kSamples = 1024;
+constexpr std::size_t kSide = 64, kSamples = 1024;
+/// Of the rows beside their arithmetic limit: what a launch costs is nothing there.
+constexpr std::size_t kWideSide = 256;
+
+/// NoV, then alpha, at the middles of a square table's texels.
+template <typename Scalar>
+std::vector<Scalar> square(std::size_t side) {
+    const std::size_t stride = side * side;
+    const auto cells = static_cast<double>(side);
+    std::vector<Scalar> texels(2 * stride);
+    for (std::size_t i = 0; i < stride; ++i) {
+        texels[i] = static_cast<Scalar>((static_cast<double>(i % side) + 0.5) / cells);
+        const double roughness = (static_cast<double>(i / side) + 0.5) / cells;
+        texels[stride + i] = static_cast<Scalar>(roughness * roughness);
+    }
+    return texels;
+}
 
 template <typename Scalar>
-void run(benchmark::State& state, Backend& backend, const Specialisation& what) {
-    std::vector<Scalar> texels(2 * kStride);
-    for (std::size_t i = 0; i < kStride; ++i) {
-        texels[i] = static_cast<Scalar>((static_cast<double>(i % kSide) + 0.5) / kSide);
-        const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
-        texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
-    }
+void run(benchmark::State& state, Backend& backend, const Specialisation& what, std::size_t side) {
+    const std::size_t stride = side * side;
+    const std::vector<Scalar> texels = square<Scalar>(side);
     const PointSet set = make_points(Sampler::sobol_owen, point_kind(what.material), 0, kSamples);
     const std::vector<Scalar> points(set.values.begin(), set.values.end());
     const auto parameters = any_parameters<Scalar>();
     std::vector<Scalar> sums(
         set.batches.size() *
         static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(what.material.terms))) *
-        kStride);
+        stride);
     for (auto _ : state) {
-        backend.run(Launch<Scalar>{what, kStride, texels, points, parameters, set.batches, sums});
+        backend.run(Launch<Scalar>{what, stride, texels, points, parameters, set.batches, sums});
         benchmark::DoNotOptimize(sums.data());
     }
-    state.counters["samples/s"] = benchmark::Counter(static_cast<double>(kStride * kSamples),
+    state.counters["samples/s"] = benchmark::Counter(static_cast<double>(stride * kSamples),
                                                      benchmark::Counter::kIsIterationInvariantRate);
 }
 
 /// One order over the same table; counts nodes.
 template <typename Scalar>
-void run(benchmark::State& state, Backend& backend, const QuadratureKind& what) {
+void run(benchmark::State& state, Backend& backend, const QuadratureKind& what, std::size_t side) {
     constexpr QuadratureOrder kOrder{14, 14};
-    std::vector<Scalar> texels(2 * kStride);
-    for (std::size_t i = 0; i < kStride; ++i) {
-        texels[i] = static_cast<Scalar>((static_cast<double>(i % kSide) + 0.5) / kSide);
-        const double roughness = (static_cast<double>(i / kSide) + 0.5) / kSide;
-        texels[kStride + i] = static_cast<Scalar>(roughness * roughness);
-    }
+    const std::size_t stride = side * side;
+    const std::vector<Scalar> texels = square<Scalar>(side);
     const std::vector<double> rule = quadrature_nodes(what, kOrder);
     const std::vector<Scalar> nodes(rule.begin(), rule.end());
     const QuadratureParameters numbers = any_quadrature_parameters(what);
     const std::vector<Scalar> parameters(numbers.begin(), numbers.end());
-    std::vector<Scalar> values(quadrature_planes(what) * kStride);
+    std::vector<Scalar> values(quadrature_planes(what) * stride);
     for (auto _ : state) {
         backend.run(
-            QuadratureLaunch<Scalar>{what, kStride, texels, nodes, parameters, kOrder, values});
+            QuadratureLaunch<Scalar>{what, stride, texels, nodes, parameters, kOrder, values});
         benchmark::DoNotOptimize(values.data());
     }
     state.counters["nodes/s"] =
-        benchmark::Counter(static_cast<double>(kStride * quadrature_evaluations(what, kOrder)),
+        benchmark::Counter(static_cast<double>(stride * quadrature_evaluations(what, kOrder)),
                            benchmark::Counter::kIsIterationInvariantRate);
 }
 
 template <typename What>
-void add(const std::string& name, Backend& backend, const What& what) {
+void add(const std::string& name, Backend& backend, const What& what, std::size_t side = kSide) {
     benchmark::RegisterBenchmark(name.c_str(),
-                                 [&backend, what](benchmark::State& state) {
+                                 [&backend, what, side](benchmark::State& state) {
                                      if (what.precision == Precision::float64)
-                                         run<double>(state, backend, what);
+                                         run<double>(state, backend, what, side);
                                      else
-                                         run<float>(state, backend, what);
+                                         run<float>(state, backend, what, side);
                                  })
         ->UseRealTime()
         ->Unit(benchmark::kMillisecond);
@@ -110,6 +119,24 @@ const std::map<std::string, QuadratureKind> kQuadratures = {
     {"quadrature_total_reflection", {LobeRule{.fresnel = 3, .total_reflection = true}}},
     {"quadrature_B_float64", {SmithRule{.fresnel = kSchlickWeight}, Precision::float64}},
 };
+
+/// As many samples of lane groups as run() computes, by their arithmetic alone.
+void add_limit(const std::string& name, InstructionSet set, HandCount count) {
+    const std::size_t lanes = run_arithmetic_alone(set, count, 1);
+    if (lanes == 0) return;
+    benchmark::RegisterBenchmark(
+        name.c_str(),
+        [=](benchmark::State& state) {
+            for (auto _ : state)
+                run_arithmetic_alone(set, count,
+                                     static_cast<long>(kWideSide * kWideSide * kSamples / lanes));
+            state.counters["samples/s"] =
+                benchmark::Counter(static_cast<double>(kWideSide * kWideSide * kSamples),
+                                   benchmark::Counter::kIsIterationInvariantRate);
+        })
+        ->UseRealTime()
+        ->Unit(benchmark::kMillisecond);
+}
 
 using Cases = std::map<std::string, Specialisation>;
 
@@ -183,7 +210,11 @@ int main(int argc, char** argv) {
     std::vector<std::unique_ptr<Backend>> backends;
     for (const InstructionSet set : usable_instruction_sets()) {
         backends.push_back(make_native_backend(one, set));
-        add("native/" + to_string(set) + "/one_thread/A_B", *backends.back(), kFastCases.at("A_B"));
+        const std::string name = to_string(set) + "/one_thread/";
+        for (const auto& [what, count] : {std::pair{"E", kCountE}, {"A_B", kCountAB}}) {
+            add_limit("limit/" + name + what, set, count);
+            add("native/" + name + what, *backends.back(), kFastCases.at(what), kWideSide);
+        }
     }
     backends.push_back(make_native_backend(all, usable_instruction_sets().front()));
     for (const auto& [name, what] : cases)
@@ -199,6 +230,8 @@ int main(int argc, char** argv) {
             opencl->build(what);
             add("opencl/" + name, *opencl, what);
         }
+        for (const char* what : {"E", "A_B"})
+            add(std::string("opencl/256/") + what, *opencl, kFastCases.at(what), kWideSide);
         for (const auto& [name, what] : kQuadratures) {
             opencl->build(what);
             add("opencl/" + name, *opencl, what);
