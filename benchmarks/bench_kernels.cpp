@@ -4,14 +4,13 @@
 //
 // The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one
 // sample of one lane group: 1 √ (the cap's sine) and 1 ÷ (G2 / G1) on the divider; on the
-// multipliers 26 products, sums, fused products and selections for E (6 for the half vector, 7 for
+// multipliers 24 products, sums, fused products and selections for E (6 for the half vector, 5 for
 // the light, 9 for its Smith length's root, 4 for the weight), 17 more for B (11 for 1 − VoH, 6 for
-// its fifth power and the sum). On a core with a 16-lane √ every 4.8 ns, ÷ every 3.9 ns and one
-// such operation every 0.23 ns (measured), E is bound by the divider at 8.7 ns; A and B by the
-// multipliers, which the divider takes for 6 operations of its own, at 11.3 ns: 1.4 G samples/s a
-// core. On an AVX2 core of 8 lanes (√ 1.55 ns, ÷ 1.0, an operation 0.14, measured in the same run)
-// the limits are 4.5 and 6.9 ns; native took 6.2 and 8.6, 1.38 and 1.26 of them, OpenCL as long
-// within the noise of a shared machine.
+// its fifth power and the sum). The rows limit/… run these operations in registers, none waiting
+// for another (arithmetic_limit.h): 4.4 and 7.0 ns on an AVX2 core of 8 lanes, where native code
+// took 5.4 and 8.2, 1.23 and 1.17 of them (least of 12 repetitions in turn; while a neighbour keeps
+// the core busy the limits stay and the kernels take up to 1.4 times as long). PoCL, both cores of
+// two taken as used, 1.61 and 1.33.
 //
 // Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 34
 // products, sums, fused products and selections (6 for the map, 5 for the weight, 8 for the lobe,
