@@ -27,9 +27,10 @@ static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
               kCharlieSoftened == KILN_MASKING_CHARLIE_SOFTENED);
 
 constexpr double kTwo32 = 4294967296.0;
-// Azimuth and polar angle of each direction, then NoV of averages. Azimuths are in half turns: the
-// integrand is even in them.
-constexpr std::size_t kDimensions = 3, kDimensionsMax = 4 * KILN_WALK_ROW_FACETS + 1;
+// Azimuth and polar angle of each direction, before them the inclination of a walk's facet, then
+// NoV of averages. Azimuths are in half turns: the integrand is even in them.
+constexpr std::size_t kDimensions = 3, kWalkDimensions = KILN_WALK_FACET_SCALARS,
+                      kDimensionsMax = kWalkDimensions * KILN_WALK_ROW_FACETS + 1;
 using Point = std::array<double, kDimensionsMax>;
 
 std::size_t dimensions(PointKind kind) {
@@ -157,7 +158,7 @@ class Generator {
   private:
     /// A walk pairs the points of a batch with each other (walk_row() of kernels/ggx_lambert.h), so
     /// that every batch has to be even in every dimension. i / n is all but the same within one,
-    /// and of a rank-1 lattice in 13 dimensions a thousand points are so far from even that the
+    /// and of a rank-1 lattice in 16 dimensions a thousand points are so far from even that the
     /// error stalls at 2e-4.
     bool pairs_within_batches() const { return dimensions_ > kDimensions; }
 
@@ -204,13 +205,14 @@ class Generator {
         // Both halves of the azimuth serve the same integrand. A set that is shifted on a torus
         // wants it periodic, so it goes round once; a net loses a fifth of its accuracy when it is
         // folded in two.
-        for (std::size_t d = 0; d + 1 < dimensions_; d += 2)
+        const bool walk = pairs_within_batches();
+        for (std::size_t d = walk ? 1 : 0; d + 1 < dimensions_; d += kWalkDimensions)
             point[d] = point[d] < 0.5 ? 2 * point[d] : 2 - 2 * point[d];
         return point;
     }
 
-    static constexpr std::array<int, kDimensionsMax> kPrimes = {2,  3,  5,  7,  11, 13, 17,
-                                                                19, 23, 29, 31, 37, 41};
+    static constexpr std::array<int, kDimensionsMax> kPrimes = {2,  3,  5,  7,  11, 13, 17, 19,
+                                                                23, 29, 31, 37, 41, 43, 47, 53};
     Sampler sampler_;
     std::uint32_t size_;
     std::size_t dimensions_;
@@ -234,10 +236,12 @@ void append_log_tangent(std::vector<double>& values, double cosine, double u, do
 
 /// One facet of a walk after the other, and NoV = √u of an average: KILN_WALK_SCALARS.
 void append_walk(std::vector<double>& values, const Point& point) {
-    for (std::size_t d = 0; d + 1 < kDimensionsMax; d += 4) {
-        const double u = point[d + 1], v = point[d + 3];
-        values.insert(values.end(), {cos_turn(point[d] / 2), 1 - u, u,
-                                     std::sqrt(v) * cos_turn(point[d + 2] / 2), std::sqrt(1 - v)});
+    for (std::size_t d = 0; d + 1 < kDimensionsMax; d += kWalkDimensions) {
+        // An even disc: √v cos ψ along lines that reach √(1 − v sin² ψ) to either side.
+        const double v = point[d + 2], cosine = cos_turn(point[d + 1] / 2);
+        const double x = std::sqrt(v) * cosine,
+                     reach = std::sqrt(1 - v * (1 - cosine) * (1 + cosine));
+        values.insert(values.end(), {point[d], (reach - x) / 2, (reach + x) / 2});
     }
     values.push_back(std::sqrt(point[kDimensionsMax - 1]));
 }

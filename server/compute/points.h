@@ -41,7 +41,7 @@ enum class PointKind {
     visible_lights,  ///< visible normals that mirror the view above the horizon
     log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
     log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
-    facet_walk,             ///< three facets on a walk, from a set of its own
+    facet_walk,             ///< five facets on a walk, from a set of its own
 };
 /// The importances by which the kernels know log tangents and visible lights; no job spells them.
 inline constexpr int kLogTangents = KILN_IMPORTANCE_COUNT;

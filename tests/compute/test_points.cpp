@@ -145,48 +145,51 @@ TEST(Points, AHalfVectorOfAllNormalsComesNormalised) {
     }
 }
 
-// Of a facet: cos phi, 1 - u, u, sqrt(v) cos psi, sqrt(1 - v).
-TEST(Points, AWalksRowHasThreeFacetsAndNoV) {
+// Of a facet: u, and what lies to either side of a place on a line across an even disc, halved.
+TEST(Points, AWalksRowHasFiveFacetsAndNoV) {
     for (const Sampler sampler : kSamplers) {
         const PointSet set = make_points(sampler, PointKind::facet_walk, 4, 16 * 256);
         ASSERT_EQ(set.values.size(), 16U * 256 * kWalkScalars);
-        double cosines = 0, azimuth2 = 0;
+        double sums = 0, places2 = 0, lines2 = 0;
         for (std::size_t i = 0; i < set.values.size(); i += kWalkScalars) {
-            for (std::size_t facet = i; facet < i + 15; facet += 5) {
-                const double u = set.values[facet + 2], cosine = set.values[facet + 4];
-                EXPECT_DOUBLE_EQ(set.values[facet + 1], 1 - u);
+            for (std::size_t facet = i; facet < i + 15; facet += 3) {
+                const double u = set.values[facet];
+                const double near = set.values[facet + 1], far = set.values[facet + 2];
                 EXPECT_GT(u, 0);
                 EXPECT_LT(u, 1);
-                EXPECT_LE(set.values[facet + 3] * set.values[facet + 3] + cosine * cosine,
-                          1 + 1e-15);
-                cosines += cosine;
-                azimuth2 += set.values[facet] * set.values[facet];
+                EXPECT_GE(near, 0);
+                EXPECT_GE(far, 0);
+                EXPECT_LE(near + far, 1);
+                sums += u;
+                places2 += (far - near) * (far - near);
+                lines2 += (far + near) * (far + near);
             }
             EXPECT_GT(set.values[i + 15], 0);
             EXPECT_LT(set.values[i + 15], 1);
         }
-        // Means 2/3 and 1/2 with variances 1/18 and 1/8: five standard errors of random points.
-        const double count = 3 * 16 * 256;
-        EXPECT_NEAR(cosines / count, 2. / 3, 5 * std::sqrt(1 / 18. / count)) << to_word(sampler);
-        EXPECT_NEAR(azimuth2 / count, .5, 5 * std::sqrt(1 / 8. / count)) << to_word(sampler);
+        // Means 1/2, 1/4 and 3/4 with variances 1/12, 1/16 and 1/16: five standard errors of random
+        // points.
+        const double count = 5 * 16 * 256;
+        EXPECT_NEAR(sums / count, .5, 5 * std::sqrt(1 / 12. / count)) << to_word(sampler);
+        EXPECT_NEAR(places2 / count, .25, 5 * .25 / std::sqrt(count)) << to_word(sampler);
+        EXPECT_NEAR(lines2 / count, .75, 5 * .25 / std::sqrt(count)) << to_word(sampler);
     }
 }
 
-// Facets beyond the third take other rows of their batch: a batch that holds a sliver of one
-// dimension alone would make them repeat each other's azimuths.
-TEST(Points, EveryBatchOfAWalkSpansTheFirstAzimuth) {
+// Facets beyond the fifth take other rows of their batch: a batch that holds a sliver of one
+// dimension alone would make them repeat each other's normals.
+TEST(Points, EveryBatchOfAWalkSpansTheFirstNormals) {
     for (const Sampler sampler : kSamplers) {
         const PointSet set = make_points(sampler, PointKind::facet_walk, 3, 16 * 4096);
         for (const BatchRange& batch : set.batches) {
-            double least = 1, most = -1;
+            double least = 1, most = 0;
             for (std::size_t i = 0; i < batch.point_count; ++i) {
-                const double cosine = set.values[kWalkScalars * (batch.first_point + i)];
-                least = std::min(least, cosine);
-                most = std::max(most, cosine);
+                const double u = set.values[kWalkScalars * (batch.first_point + i)];
+                least = std::min(least, u);
+                most = std::max(most, u);
             }
-            // 64 random azimuths all miss the last fifth of the half turn in one of two million
-            // batches.
-            EXPECT_LT(least, -0.8) << to_word(sampler);
+            // 64 random numbers all miss the last fifth in one of two million batches.
+            EXPECT_LT(least, 0.2) << to_word(sampler);
             EXPECT_GT(most, 0.8) << to_word(sampler);
         }
     }
@@ -194,17 +197,20 @@ TEST(Points, EveryBatchOfAWalkSpansTheFirstAzimuth) {
 
 TEST(Points, EveryDimensionOfAWalkIsStratified) {
     const PointSet set = make_points(Sampler::sobol_owen, PointKind::facet_walk, 9, 16 * 256);
-    for (std::size_t facet = 0; facet < 3; ++facet)
-        for (const std::size_t scalar : {5 * facet, 5 * facet + 2, 5 * facet + 4}) {
+    for (std::size_t facet = 0; facet < 5; ++facet)
+        for (const std::size_t dimension : {0U, 1U, 2U}) {
             std::set<int> cells;
             for (std::size_t i = 0; i < 256; ++i) {
-                const double value = set.values[kWalkScalars * i + scalar];
-                const double u = scalar % 5 == 0   ? std::acos(value) / std::numbers::pi
-                                 : scalar % 5 == 2 ? value
-                                                   : value * value;
+                const double* point = &set.values[kWalkScalars * i + 3 * facet];
+                // reach^2 - x^2 = 1 - v, x = sqrt(v) cos psi.
+                const double v = 1 - 4 * point[1] * point[2];
+                const double psi = std::acos((point[2] - point[1]) / std::sqrt(v));
+                const double u = dimension == 0   ? point[0]
+                                 : dimension == 1 ? psi / std::numbers::pi
+                                                  : v;
                 cells.insert(static_cast<int>(u * 256));
             }
-            EXPECT_EQ(cells.size(), 256U) << scalar;
+            EXPECT_EQ(cells.size(), 256U) << facet << ' ' << dimension;
         }
 }
 

@@ -163,12 +163,13 @@ Subject log_views(double wrong) {
             }};
 }
 
-/// A facet's normal is drawn as by visible_normals(), the light that leaves it as a cosine lobe:
-/// √v cos ψ, √(1 − v) of a walk's point.
+/// The light about a walk's facet, an even disc: √(1 − v sin² ψ) ∓ √v cos ψ, halved. t = 1 − √(1 −
+/// v).
 Subject facet_lights(double wrong) {
     const auto place = [](const double* point) {
-        const double sine = std::sqrt((1 - point[4]) * (1 + point[4]));
-        return Place{1 - point[4], std::acos(std::clamp(point[3] / sine, -1.0, 1.0))};
+        const double NoL = 2 * std::sqrt(point[1] * point[2]), x = point[2] - point[1];
+        const double sine = std::sqrt((1 - NoL) * (1 + NoL));
+        return Place{1 - NoL, std::acos(std::clamp(x / sine, -1.0, 1.0))};
     };
     const double power = 4 * (wrong - 1);
     return {PointKind::facet_walk, place, [=](double t, double) {
