@@ -30,7 +30,7 @@ void add_deficit_events(const Pass& pass, const Mean& mean, std::size_t place, d
     else if (tilted && !pass.what.material.averaged)
         chance = tilted_chance(pass.what.material, NoV, alpha);
     else
-        chance = expected_deficit(pass.what.material, NoV, alpha);
+        chance = lost_chance(pass.what.material, NoV, alpha);
 }
 
 /// Beside log-uniform tangents the tilted ones alone are left: VoH between NoV / 2, towards the

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numeric>
 
 #include "server/base/error.h"
 #include "server/compute/non_finite.h"
@@ -79,16 +78,20 @@ class Raising {
             std::array<std::vector<std::size_t>, kQuadratureLast + 1> texels;
             for (std::size_t i = 0; i < steps_.size(); ++i) texels[steps_[i]].push_back(i);
             for (std::size_t step = 0; step <= kQuadratureLast; ++step)
-                if (!texels[step].empty()) at_step(step, texels[step], false);
+                at_step(step, texels[step], false);
             return std::move(result_);
         }
         double finest = tolerance_.absolute;
         if (tolerance_.deficit_relative > 0) finest = std::min(finest, tolerance_.deficit_relative);
-        const std::size_t start = quadrature_start(kind_, finest);
-        std::vector<std::size_t> texels(NoV_.size());
-        std::iota(texels.begin(), texels.end(), std::size_t{0});
-        for (std::size_t step = start; step <= kQuadratureLast && !texels.empty(); ++step)
-            texels = at_step(step, texels, step > start);
+        std::array<std::vector<std::size_t>, kQuadratureLast + 1> begin;
+        for (std::size_t i = 0; i < NoV_.size(); ++i)
+            begin[quadrature_start(kind_, finest, NoV_[i])].push_back(i);
+        std::vector<std::size_t> texels;
+        for (std::size_t step = 0; step <= kQuadratureLast; ++step) {
+            texels = at_step(step, texels, true);
+            at_step(step, begin[step], false);
+            texels.insert(texels.end(), begin[step].begin(), begin[step].end());
+        }
         result_.unsettled = texels.size();
         return std::move(result_);
     }
@@ -97,6 +100,7 @@ class Raising {
     /// The texels that do not agree with their last order.
     std::vector<std::size_t> at_step(std::size_t step, std::span<const std::size_t> texels,
                                      bool compare) {
+        if (texels.empty()) return {};
         step_ = static_cast<std::uint8_t>(step);
         order_ = kQuadratureSteps[step].order;
         const std::vector<double> nodes = quadrature_nodes(kind_, order_);

@@ -43,10 +43,20 @@ std::array<double, N> integral(const Value& value, double from, double to, doubl
 
 double sine(double cosine) { return std::sqrt((1 - cosine) * (1 + cosine)); }
 
+/// Integral over phi of max(0, cosine + slope sine cos phi): what a direction sees of all facets of
+/// one slope, a unit of their projected area.
+double seen_of_slope(double cosine, double sine, double slope) {
+    constexpr double pi = std::numbers::pi;
+    if (cosine >= slope * sine) return 2 * pi * cosine;
+    const double end = std::acos(-cosine / (slope * sine));
+    return 2 * (cosine * end + slope * sine * std::sin(end));
+}
+
 }  // namespace
 
 double adaptive_integral(const std::function<double(double)>& value, double from, double to,
                          double absolute) {
+    if (from == to) return 0;
     return integral<1>([&](double x) { return std::array{value(x)}; }, from, to, absolute)[0];
 }
 
@@ -122,6 +132,31 @@ double host_diffuse_albedo(int model, double NoV, double roughness, double albed
                 adaptive_integral(around, pi / 2, pi, absolute));
     };
     return adaptive_integral(at, 0, NoV, absolute) + adaptive_integral(at, NoV, 1, absolute);
+}
+
+// The slope is alpha sinh v, whose share of the projected area is 2 tanh v / cosh^2 v dv; e^-40 is
+// beyond the end. The azimuths of V and of L about a facet separate, and the area that V sees,
+// NoV (1 + Lambda), is finite at grazing.
+double host_single_facet_albedo(double NoV, double alpha, double absolute) {
+    constexpr double pi = std::numbers::pi, end = 40;
+    const double sinV = sine(NoV), visible = (NoV + std::hypot(NoV, alpha * sinV)) / 2;
+    const auto of_slope = [&](double v) {
+        const double slope = alpha * std::sinh(v), cosine = 1 / std::sqrt(1 + slope * slope);
+        const auto towards = [&](double NoL) {
+            const double sinL = sine(NoL), stretched = alpha * sinL;
+            const double masked = stretched * stretched / (NoL + std::hypot(NoL, stretched));
+            const double leaves = 2 * NoL * visible / (2 * NoL * visible + NoV * masked);
+            return leaves * cosine * seen_of_slope(NoL, sinL, slope) / pi;
+        };
+        const double fold = slope * cosine;  // lights below it see a part of them
+        const double share = std::tanh(v) / (std::cosh(v) * std::cosh(v)) / pi;
+        return share * seen_of_slope(NoV, sinV, slope) / visible *
+               (adaptive_integral(towards, 0, fold, absolute) +
+                adaptive_integral(towards, fold, 1, absolute));
+    };
+    const double fold = std::min(std::asinh(NoV / (alpha * sinV)), end);
+    return adaptive_integral(of_slope, 0, fold, absolute) +
+           adaptive_integral(of_slope, fold, end, absolute);
 }
 
 }  // namespace kiln

@@ -28,4 +28,8 @@ HostAlbedo host_albedo(const KernelMaterial& lobe, double NoV, double alpha, dou
 /// Albedo of a diffuse model, of the kernels' pi f in double.
 double host_diffuse_albedo(int model, double NoV, double roughness, double albedo, double absolute);
 
+/// What white Lambertian GGX facets (ggx_lambert) send out after one of them: of light that is
+/// reflected once and leaves, Heitz and Dupuy 2015. alpha > 0; NoV in [0, 1].
+double host_single_facet_albedo(double NoV, double alpha, double absolute);
+
 }  // namespace kiln

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/facet_space.h"
+#include "server/study/host_albedo.h"
 #include "server/study/stability.h"
 
 // Lambertian facets solved without chance (server/compute/facet_space.h), which the host does in
@@ -13,7 +14,9 @@ constexpr unsigned kDirections = 24;
 constexpr double kRule = 5e-7;
 const double kAlphas[] = {0, 1e-40, 1e-12, 1e-6, 1e-3, 0.1, 1};
 const double kCosines[] = {0, 1e-40, 1e-6, 1e-3, 0.1, 1};
-const double kAlbedos[] = {0, 1e-30, 0.5, 1};
+/// What leaves after two facets is no part of its 16 digits.
+constexpr double kFaint = 1e-30;
+const double kAlbedos[] = {0, kFaint, 0.5, 1};
 
 std::pair<Right, std::string> right_of(double alpha, double NoV, std::size_t k,
                                        const FacetSpace& fine,
@@ -23,6 +26,9 @@ std::pair<Right, std::string> right_of(double alpha, double NoV, std::size_t k,
     if (rho == 1) return {{1, 1e-12}, "white facets lose nothing"};
     // What a facet can see of others is of the order of its slope.
     if (alpha < 1e-6) return {{rho, 1e-6 * rho}, "Lambert, its limit as alpha -> 0"};
+    if (rho == kFaint)
+        return {{rho * host_single_facet_albedo(NoV, alpha, kRule * 1e-2), kRule * rho},
+                "one facet, over slopes and lights in double"};
     return {{fine.albedo(NoV, lit)[k], kRule * rho}, "twice the directions"};
 }
 

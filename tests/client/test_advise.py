@@ -47,6 +47,16 @@ class Advise(KilnTest):
         self.assertEqual(stdout, b"")
         self.assertIn("no table up to 4096", stderr)
 
+    def test_a_pole_in_every_grid_is_a_failure_that_names_its_cause(self):
+        # Unity's table has its texels at nodes, the first at NoV = 0, where Charlie has no bound.
+        job = dict(JOB, layout="unity", microfacet={"distribution": "charlie"})
+        stdout, stderr = self.advise(job, 1, status=1)
+        self.assertEqual(stdout, b"")
+        self.assertIn("Charlie's albedo has no bound at NoV = 0", stderr)
+        self.assertIn("let the NoV axis start above 0", stderr)
+        failure = json.loads(self.advise(job, 1, "--json", status=1)[0])
+        self.assertEqual(failure["code"], "non_finite")
+
     def test_what_quadrature_lacks_is_refused_by_name(self):
         job = dict(JOB, quantities=["directional_albedo", "diffuse_albedo"],
                    diffuse={"model": "chan2018"})

@@ -379,17 +379,5 @@ TEST(Advice, HoldsForOtherQuantitiesSpecularTerms) { hold(specular_terms()); }
 TEST(Advice, HoldsForOtherQuantitiesMaterialsAndLobes) { hold(materials_and_lobes()); }
 TEST(Advice, HoldsForOtherQuantitiesThreeAxes) { hold(three_axes()); }
 
-// Charlie's E has no bound at NoV = 0 where roughness is 0, too: a texel of nodes would stand
-// there, none of centres does.
-TEST(Advice, PassesOverGridsWithAPole) {
-    ThreadPool pool(0);
-    const auto native = make_native_backend(pool, usable_instruction_sets().front());
-    const JobSpec job = parse_job(R"({"quantities":["sheen_albedo"],"resolution":[32,32]})");
-    const auto candidates = advise(job, 1e3, *native, pool, Control{});
-    ASSERT_FALSE(candidates.empty());
-    for (const Candidate& candidate : candidates)
-        EXPECT_EQ(candidate.job.axes[0].grid, Grid::center);
-}
-
 }  // namespace
 }  // namespace kiln

@@ -156,7 +156,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"separable_corner_4096", Masking::smith_separable, kSmallNoV, kSmallAlpha, 4096},
         Case{"smooth_rows_1024", Masking::smith_correlated, {0.05, 1, 8}, {1e-4, 0.1, 6}, 1024},
         Case{"split_sum_1024", Masking::smith_correlated, kAllNoV, kAllAlpha, 1024, false},
-        Case{"split_sum_4096", Masking::smith_correlated, kAllNoV, kAllAlpha, 4096, false}),
+        Case{"split_sum_4096", Masking::smith_correlated, kAllNoV, kAllAlpha, 4096, false},
+        Case{"grazing_4096",
+             Masking::smith_correlated,
+             {1e-4, 2e-3, 5},
+             {3e-3, .3, 6},
+             4096,
+             false}),
     name_of);
 
 /// Relative errors of 1 − E over 32 seeds: root mean square, and the largest of error over

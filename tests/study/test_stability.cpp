@@ -150,7 +150,9 @@ void every_model_of_the_contract_has_a_verdict() {
                              "quadrature, conductor, 1e-4 + 5i",
                              "ggx_lambert, solved",
                              "spikes in measured files",
-                             "a measured value of 1e39 is refused",
+                             "a measured value of 1e39 is refused, by its point",
+                             "a measured value of nan is refused, by its line",
+                             "a measured value of -inf is refused, by its line",
                              "1 - E_avg",
                              "F_avg"})
         EXPECT_EQ(names[name], 1) << name;
