@@ -40,19 +40,19 @@ KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
     return lane_pow_one_minus(lane_saturate(VoH), lanes(exponent));
 }
 
-KILN_FUNCTION Sums diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,
-                                real roughness, KILN_GLOBAL const scalar* point, Sums sums) {
+// Sums go by address: by value, PoCL copies all of them twice a sample.
+KILN_FUNCTION void diffuse_sums(const Material what, KILN_GLOBAL const scalar* p, real NoV,
+                                real roughness, KILN_GLOBAL const scalar* point, Sums* sums) {
     const Directions d = diffuse_directions(NoV, lanes(point[1]), lanes(point[2]), point[0]);
     for (int c = 0; c < 3; ++c) {
         const int diffuse = KILN_TERM_DIFFUSE << c, transmitted = KILN_TERM_TRANSMITTED << c;
         if (!(what.terms & (diffuse | transmitted))) continue;
         const real lobe = diffuse_lobe(what.diffuse, d, roughness, p[KILN_PARAMETER_ALBEDO + c]);
-        if (what.terms & diffuse) sums.term[KILN_FIRST_DIFFUSE + c] += lobe;
+        if (what.terms & diffuse) sums->term[KILN_FIRST_DIFFUSE + c] += lobe;
         if (what.terms & transmitted)
-            sums.term[KILN_FIRST_TRANSMITTED + c] +=
+            sums->term[KILN_FIRST_TRANSMITTED + c] +=
                 lobe * (K(1.0) - fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, d.VoH));
     }
-    return sums;
 }
 
 // {f NoL / pdf, VoH, 1 − that without the subtraction where the lobe knows how}.
@@ -102,19 +102,18 @@ KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const 
     return terms;
 }
 
-KILN_FUNCTION Sums specular_sums(const Material what, KILN_GLOBAL const scalar* p, View view,
-                                 KILN_GLOBAL const scalar* point, Sums sums) {
+KILN_FUNCTION void specular_sums(const Material what, KILN_GLOBAL const scalar* p, View view,
+                                 KILN_GLOBAL const scalar* point, Sums* sums) {
     real VoH;
     const Terms lobe = sample_lobe(what, view, point, &VoH);
-    if (what.terms & KILN_TERM_WEIGHT) sums.term[0] += lobe.weight;
+    if (what.terms & KILN_TERM_WEIGHT) sums->term[0] += lobe.weight;
     if (what.terms & KILN_TERM_FRESNEL)
-        sums.term[1] += lobe.weight * fresnel_power(VoH, p[KILN_PARAMETER_EXPONENT]);
-    if (what.terms & KILN_TERM_DEFICIT) sums.term[2] += lobe.deficit;
+        sums->term[1] += lobe.weight * fresnel_power(VoH, p[KILN_PARAMETER_EXPONENT]);
+    if (what.terms & KILN_TERM_DEFICIT) sums->term[2] += lobe.deficit;
     for (int c = 0; c < 3; ++c)
         if (what.terms & (KILN_TERM_COLOUR << c))
-            sums.term[KILN_FIRST_COLOUR + c] +=
+            sums->term[KILN_FIRST_COLOUR + c] +=
                 lobe.weight * fresnel(what.fresnel, p + KILN_FRESNEL_PARAMETERS * c, VoH);
-    return sums;
 }
 
 KILN_FUNCTION Sums no_sums(void) {
@@ -159,9 +158,9 @@ KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p
                                  view, batch, i, first_point, point_count);
             for (int c = 0; c < 3; ++c) sums.term[KILN_FIRST_DIFFUSE + c] += walked.albedo[c];
         } else if (what.terms & KILN_TERMS_DIFFUSE)
-            sums = diffuse_sums(what, p, NoV, roughness, point, sums);
+            diffuse_sums(what, p, NoV, roughness, point, &sums);
         else
-            sums = specular_sums(what, p, view, point, sums);
+            specular_sums(what, p, view, point, &sums);
         if ((i + 1) % KILN_SUM_POINTS != 0 && i + 1 != point_count) continue;
         for (int t = 0; t < KILN_TERM_COUNT; ++t) all.term[t] += sums.term[t];
         sums = no_sums();
