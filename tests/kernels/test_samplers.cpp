@@ -17,7 +17,7 @@ namespace {
 
 using kiln::PointKind;
 
-constexpr int kSamples = 1 << 17, kPolar = 24, kAzimuth = 16, kFine = 16;
+constexpr int kSamples = 1000000, kPolar = 80, kAzimuth = 160, kFine = 4;
 
 /// A direction's place: t in [0, 1] grows with its polar angle, phi in [0, pi] is its azimuth from
 /// the view, folded.
