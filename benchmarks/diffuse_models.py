@@ -13,11 +13,10 @@ import tempfile
 
 ROUGHNESS = [0.1, 0.25, 0.5, 0.75, 1.0]
 ALBEDOS = [0.9, 0.5, 0.2]
-# Model, and what it takes for each roughness: Unreal hands EON 0.4 of it (its comment says that
-# this range matches), Oren-Nayar's sigma is an angle.
-MODELS = [("lambert", 1), ("burley", 1), ("burley_normalized", 1), ("oren_nayar", 1),
-          ("oren_nayar_full", 1), ("fon", 1),
-          ("eon", 1), ("eon", 0.4), ("eon_unreal", 0.4), ("chan2018", 1), ("chan2024", 1)]
+CONTRACT = os.path.join(os.path.dirname(__file__), os.pardir, "api", "openapi.json")
+# What a model takes for each roughness, where it is another: Unreal hands EON 0.4 of it (its
+# comment says that this range matches).
+SCALES = {"eon": [1, 0.4], "eon_unreal": [0.4]}
 NARROW = 1e-4  # of a row's range: an axis must have a length
 
 HEAD = """# Diffuse models beside what they approximate
@@ -32,6 +31,14 @@ does, is not wrong: it has another meaning of `albedo`.
 `benchmarks/diffuse_models.py > docs/diffuse-models.md` makes this page by `kiln bake --local` and
 `kiln diff`, `ggx_lambert` by quadrature: two of its rules differ by {error:.0e} at most.
 """
+
+
+def models():
+    """Every lobe of the contract, with its scales."""
+    with open(CONTRACT, encoding="utf-8") as file:
+        diffuse = json.load(file)["components"]["schemas"]["Job"]["properties"]["diffuse"]
+    return [(word, scale) for word in diffuse["properties"]["model"]["enum"]
+            if word not in ("none", "ggx_lambert") for scale in SCALES.get(word, [1])]
 
 
 def bake(kiln, model, albedo, roughness, settings, out):
@@ -75,7 +82,7 @@ def main():
         for roughness in ROUGHNESS:
             worst = max(worst, bake(kiln, "ggx_lambert", ALBEDOS, roughness,
                                      {"integrator": "quadrature"}, truth))
-            for row in MODELS:
+            for row in models():
                 bake(kiln, row[0], ALBEDOS, row[1] * roughness, {"sample_count": 16384}, other)
                 cells[row, roughness] = difference(kiln, truth, other)
     print(HEAD.format(error=worst))
@@ -83,7 +90,7 @@ def main():
         print(f"## Albedo {albedo}: rms / max\n")
         print("| model | " + " | ".join(f"r = {r}" for r in ROUGHNESS) + " |")
         print("|---|" + "---|" * len(ROUGHNESS))
-        for row in MODELS:
+        for row in models():
             name = row[0] + ("" if row[1] == 1 else f" {row[1]} r")
             texts = ["%.4f / %.4f" % cells[row, r][channel] for r in ROUGHNESS]
             print(f"| `{name}` | " + " | ".join(texts) + " |")

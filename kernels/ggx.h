@@ -73,6 +73,11 @@ KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* po
     return h;
 }
 
+// h·h over h.z² of such a normal before it is stretched back.
+KILN_FUNCTION real visible_normal_spread(View view, HalfVector h, KILN_GLOBAL const scalar* point) {
+    return h.VoH2 * view.inverse_cap * (point[1] * (K(1.0) / KILN_VISIBLE_NOH));
+}
+
 // All normals (Walter et al. 2007, eq. 35): tan²θ = α² u / (1 − u), h = (α √u cos φ, α √u sin φ,
 // √(1 − u)). The point is (√u cos φ, √(1 − u), 1 / √(1 − u), 1 − u).
 KILN_FUNCTION HalfVector ggx_sample_ndf(View view, KILN_GLOBAL const scalar* point) {

@@ -19,21 +19,8 @@
 #define KILN_PARAMETER_COUNT (KILN_PARAMETER_EXPONENT + 1)
 
 typedef struct {
-    int distribution, masking, importance, terms, averaged;
-    int fresnel, diffuse;
-} Material;
-
-typedef struct {
     real term[KILN_TERM_COUNT];
 } Sums;
-
-// GGX under Smith from half vectors: the fast path's own lobe, with its exact deficit.
-KILN_FUNCTION int is_fast_lobe(const Material what) {
-    return what.distribution == KILN_DISTRIBUTION_GGX &&
-           what.masking <= KILN_MASKING_SMITH_SEPARABLE &&
-           (what.importance <= KILN_IMPORTANCE_NDF ||
-            what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS);
-}
 
 // Of a half vector that faces away from the view the weight is 0, and must not meet 2^exponent = ∞.
 KILN_CALLED real fresnel_power(real VoH, scalar exponent) {
@@ -55,51 +42,28 @@ KILN_FUNCTION void diffuse_sums(const Material what, KILN_GLOBAL const scalar* p
     }
 }
 
-// {f NoL / pdf, VoH, 1 − that without the subtraction where the lobe knows how}.
-KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
-                              real* VoH) {
-    const real none = lanes(K(0.0));
-    if (is_fast_lobe(what)) {
-        const Integrand fast = {what.masking, what.importance,
-                                what.terms & (KILN_TERM_WEIGHT | KILN_TERM_DEFICIT)};
-        VisibleLight sample;
-        if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
-            sample = sample_visible_light(view, point);
-        } else {
-            sample.h = sample_half_vector(fast, view, point);
-            sample.NoH = lanes(half_vector_NoH(what.importance, point));
-            sample.weight = lanes(point[2]);
+// What F weighs with a kink, by lights of its own (parted_lights.h).
+KILN_FUNCTION void parted_sums(const Material what, KILN_GLOBAL const scalar* p, View view,
+                               real roughness, KILN_GLOBAL const scalar* point, Sums* sums) {
+    for (int c = 0; c < 3; ++c) {
+        KILN_GLOBAL const scalar* numbers = p + KILN_FRESNEL_PARAMETERS * c;
+        const Rim rim = total_reflection_rim(numbers);
+        if (what.terms & (KILN_TERM_COLOUR << c)) {
+            const PartedLights lights = sample_parted_lights(view, rim, point);
+            real VoH;
+            const real reflected = weigh_light(what, view, lights.reflected, &VoH);
+            const real transmitted = weigh_light(what, view, lights.transmitted, &VoH);
+            const real F = fresnel(what.fresnel, numbers, VoH) - lights.too_much;
+            sums->term[KILN_FIRST_COLOUR + c] += lane_fma(F, transmitted, reflected);
         }
-        *VoH = ggx_VoH(view, sample.h);
-        return weigh(fast, view, sample.h, ggx_mirror(view, sample.h, sample.NoH), *VoH,
-                     sample.weight);
+        if (what.terms & (KILN_TERM_TRANSMITTED << c)) {
+            const TransmittedLight light = sample_transmitted_light(view.NoV, rim, point);
+            const real lobe =
+                diffuse_lobe(what.diffuse, light.d, roughness, p[KILN_PARAMETER_ALBEDO + c]);
+            sums->term[KILN_FIRST_TRANSMITTED + c] +=
+                light.weight * lobe * (K(1.0) - fresnel(what.fresnel, numbers, light.d.VoH));
+        }
     }
-    Scattering s;
-    if (what.importance >= KILN_IMPORTANCE_COSINE) {
-        s = scatter_hemisphere(what.importance, view.NoV, point[0], point[1], point[2]);
-        s.factor = s.factor * microfacet_D(what.distribution, view.alpha, s.NoV, s.NoH, s.sin2_H);
-    } else if (what.importance == KILN_IMPORTANCE_VNDF) {
-        const HalfVector h = ggx_sample_vndf(view, point);
-        s = scatter_half_vector(what.importance, view, h, KILN_VISIBLE_NOH);
-        if (what.distribution == KILN_DISTRIBUTION_BECKMANN)
-            s.factor = s.factor * beckmann_over_ggx(view, h, point);
-    } else if (what.distribution == KILN_DISTRIBUTION_BECKMANN) {
-        s = scatter_half_vector(what.importance, view, beckmann_sample_ndf(view, point), point[1]);
-    } else {
-        s = scatter_half_vector(what.importance, view, ggx_sample_ndf(view, point), point[1]);
-    }
-    *VoH = s.VoH;
-    // A light below the horizon must not reach the visibility: its denominators may vanish there.
-    const real NoL = s.NoL;
-    s.sinL = lane_select(NoL > none, s.sinL, none);
-    s.NoL = lane_select(NoL > none, NoL, lanes(K(1.0)));
-    const real weight =
-        microfacet_product(what.distribution, what.masking, view.alpha, s, s.factor);
-    Terms terms;
-    terms.weight = lane_select(NoL > none, weight, none);
-    terms.fresnel = none;
-    terms.deficit = K(1.0) - terms.weight;
-    return terms;
 }
 
 KILN_FUNCTION void specular_sums(const Material what, KILN_GLOBAL const scalar* p, View view,
@@ -157,7 +121,9 @@ KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p
                 ggx_lambert_walk(what.terms >> KILN_FIRST_DIFFUSE & 7, p + KILN_PARAMETER_ALBEDO,
                                  view, batch, i, first_point, point_count);
             for (int c = 0; c < 3; ++c) sums.term[KILN_FIRST_DIFFUSE + c] += walked.albedo[c];
-        } else if (what.terms & KILN_TERMS_DIFFUSE)
+        } else if (what.importance == KILN_IMPORTANCE_PARTED_LIGHTS)
+            parted_sums(what, p, view, roughness, point, &sums);
+        else if (what.terms & KILN_TERMS_DIFFUSE)
             diffuse_sums(what, p, NoV, roughness, point, &sums);
         else
             specular_sums(what, p, view, point, &sums);

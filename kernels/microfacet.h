@@ -136,10 +136,10 @@ KILN_FUNCTION real microfacet_product(const int distribution, const int masking,
 // D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with
 // x = tan²θ / α² it is exp(−x) (1 + x)², at most 4 / e. So GGX's visible normals serve Beckmann's
 // lobe: where they are too many, they are so by a bounded factor. From x = 80 on, where it is
-// 1e-31, it stays. 1 + x is h·h over h.z² before h is stretched back.
-KILN_CALLED real beckmann_over_ggx(View view, HalfVector h, KILN_GLOBAL const scalar* point) {
-    const real ratio = h.VoH2 * view.inverse_cap * (point[1] * (K(1.0) / KILN_VISIBLE_NOH));
-    const real spread = lane_max(lane_min(ratio, lanes(K(81.0))), lanes(K(1.0)));
+// 1e-31, it stays. `spread` is 1 + x: of the normal before it is stretched back, its square over
+// that of its z.
+KILN_CALLED real beckmann_over_ggx(real spread) {
+    spread = lane_max(lane_min(spread, lanes(K(81.0))), lanes(K(1.0)));
     return lane_exp(K(1.0) - spread) * (spread * spread);
 }
 
@@ -184,7 +184,7 @@ KILN_FUNCTION HalfVector beckmann_sample_ndf(View view, KILN_GLOBAL const scalar
 // From a half vector (unnormalised, ggx.h) drawn from D NoH, or from GGX's visible normals. D
 // cancels: NoL / (D NoH / 4 VoH) and NoL / (G1 D / 4 NoV), G1 / NoV = 2 / (NoV + S).
 KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, HalfVector h,
-                                             scalar NoH) {
+                                             real NoH) {
     const real hh = lane_select(h.hh > K(0.0), h.hh, lanes(K(1.0)));
     const real inverse = K(1.0) / hh, root = lane_sqrt(inverse);
     Scattering s;
@@ -196,7 +196,7 @@ KILN_FUNCTION Scattering scatter_half_vector(const int importance, View view, Ha
     s.VoH = K(0.5) * view.S * h.VoH2 * root;
     s.NoH = NoH * root;
     s.sin2_H = lanes(K(0.0));
-    const real NoL = view.S * lane_fma(h.VoH2, lanes(NoH), -(view.vz * h.hh)) * inverse;
+    const real NoL = view.S * lane_fma(h.VoH2, NoH, -(view.vz * h.hh)) * inverse;
     s.NoL = lane_select(NoL < K(1.0), NoL, lanes(K(1.0)));
     s.sinL = lane_sqrt((K(1.0) - s.NoL) * (K(1.0) + s.NoL));
     s.factor = importance == KILN_IMPORTANCE_VNDF ? K(2.0) * s.NoL * (s.NoV + view.S)

@@ -78,7 +78,8 @@ std::size_t Means::index(const Combination& combination, const Region& region) {
         mean.constant = c[kWeight];  // E = 1 − D
         c[kDeficit] -= c[kWeight];
         c[kWeight] = 0;
-        for (const std::size_t t : kMirroredTerms) mean.mirrored[t] = c[t];
+        for (const std::size_t t : kMirroredTerms)
+            if (!(region.parted_terms >> t & 1)) mean.mirrored[t] = c[t];
     }
     const auto at = std::find(list_.begin(), list_.end(), mean);
     if (at != list_.end()) return static_cast<std::size_t>(at - list_.begin());
@@ -92,7 +93,8 @@ PlaceFacts Means::facts(const Pass& pass, const Region& region, ThreadPool& pool
     facts.place_count = places.size();
     for (auto* planes : {&facts.controls, &facts.event_chances, &facts.event_weights})
         planes->resize(list_.size());
-    const bool lights = region.draws[0].points == PointKind::visible_lights;
+    const PointKind first = region.draws[0].points;
+    const bool lights = first == PointKind::visible_lights || first == PointKind::parted_lights;
     if (pass.points != PointKind::visible_normals) return facts;
     for (std::size_t m = 0; m < list_.size(); ++m) {
         const bool tilted = terms_of(list_[m].mirrored) != 0;

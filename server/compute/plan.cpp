@@ -17,7 +17,6 @@ namespace kiln {
 
 namespace {
 
-constexpr int kFastTerms = 1 << kWeight | 1 << kSchlick | 1 << kDeficit;
 constexpr int kColourTerms = 7 << kColour, kTransmittedTerms = 7 << kTransmitted;
 constexpr int kDiffuseTerms = 7 << kDiffuse | kTransmittedTerms;
 constexpr double kSchlickExponent = 5;
@@ -281,9 +280,6 @@ class Planner {
         const double exponent =
             fresnel.model == Fresnel::schlick ? fresnel.exponent : kSchlickExponent;
         pass.parameters[kExponentParameter] = exponent;
-        const bool fast_lobe = pass.lobe != Lobe::sheen && job_.distribution == Distribution::ggx &&
-                               job_.masking <= Masking::smith_separable &&
-                               job_.importance <= Importance::ndf;
         const bool other_power = (material.terms & 1 << kSchlick) && exponent != kSchlickExponent;
         FresnelModel bias;  // F0 = 0, F90 = 1: what the Schlick term is a mean of
         bias.f0 = {0};
@@ -296,7 +292,7 @@ class Planner {
                 return kiln::fresnel(fresnel, static_cast<int>(term - kColour), NoV);
             return 0.0;
         };
-        material.general = !fast_lobe || (material.terms & ~kFastTerms) || other_power ? 1 : 0;
+        material.general = is_on_fast_path(material) && !other_power ? 0 : 1;
     }
 
     bool asks(Quantity quantity) const {

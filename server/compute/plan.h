@@ -68,6 +68,14 @@ struct Averages {
 /// `averages` is asked only where a term of multiple scattering needs it.
 Plan make_plan(const JobSpec& job, const std::function<Averages()>& averages);
 
+/// Whether the kernels' fast path (kernels/batch.h) knows this lobe and these terms.
+inline bool is_on_fast_path(const KernelMaterial& material) {
+    return static_cast<Distribution>(material.distribution) == Distribution::ggx &&
+           static_cast<Masking>(material.masking) <= Masking::smith_separable &&
+           static_cast<Importance>(material.importance) <= Importance::ndf &&
+           (material.terms & ~(1 << kWeight | 1 << kSchlick | 1 << kDeficit)) == 0;
+}
+
 /// The lobe of a job as the kernels number it, with no term yet.
 KernelMaterial lobe_of(const JobSpec& job);
 

@@ -24,6 +24,7 @@ static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
               kWalkScalars == KILN_WALK_SCALARS);
 static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
               kVisibleLights == KILN_IMPORTANCE_VISIBLE_LIGHTS &&
+              kPartedLights == KILN_IMPORTANCE_PARTED_LIGHTS &&
               kCharlieSoftened == KILN_MASKING_CHARLIE_SOFTENED);
 
 constexpr double kTwo32 = 4294967296.0;
@@ -40,7 +41,9 @@ std::size_t dimensions(PointKind kind) {
 /// Where a kind's dimensions start among those of a job: sets that meet in one channel share none.
 std::size_t first_dimension(PointKind kind) {
     if (kind == PointKind::facet_walk) return 2 * kDimensions;
-    return kind == PointKind::cosine_diffuse ? kDimensions : 0;
+    return kind == PointKind::cosine_diffuse || kind == PointKind::parted_lights_diffuse
+               ? kDimensions
+               : 0;
 }
 
 double natural_log(double x) { return one_lane::lane_log2(x) * 0.69314718055994531; }
@@ -278,6 +281,11 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
                           {cosine, std::sqrt(even), 2 * rest, even, rest * rest, NoV});
             return;
         }
+        case PointKind::parted_lights:
+        case PointKind::parted_lights_diffuse:  // kernels/parted_lights.h
+            values.insert(values.end(), {cosine, u * u * (1 + 2 * rest), 6 * u * rest,
+                                         rest * rest * (1 + 2 * u), 0, NoV});
+            return;
         case PointKind::log_tangents:
             append_log_tangent(values, cosine, u, 1);
             break;
@@ -332,6 +340,9 @@ PointKind point_kind(const KernelMaterial& material) {
     if (material.importance == kLogTangents)
         return material.averaged ? PointKind::log_tangents_averaged : PointKind::log_tangents;
     if (material.importance == kVisibleLights) return PointKind::visible_lights;
+    if (material.importance == kPartedLights)
+        return material.terms & KILN_TERMS_DIFFUSE ? PointKind::parted_lights_diffuse
+                                                   : PointKind::parted_lights;
     if (material.diffuse == KILN_DIFFUSE_GGX_LAMBERT && material.terms & KILN_TERMS_DIFFUSE)
         return PointKind::facet_walk;
     switch (static_cast<Importance>(material.importance)) {

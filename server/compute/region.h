@@ -24,6 +24,8 @@ struct Region {
     /// 1 − E comes from log-uniform tangents, the last draw, and all else is put right by it
     /// (estimate.h).
     bool log_tangents = false;
+    /// Those that parted lights draw (kernels/parted_lights.h).
+    int parted_terms = 0;
 };
 
 /// Every place of a pass, once. Where 1 − E is small, visible normals hardly ever meet what carries

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <map>
 
@@ -20,7 +21,8 @@ inline std::uint64_t launch_samples(const Backend& backend) {
 /// takes less than 0.1 s on two cores.
 inline std::size_t cost_of(const Region& region) {
     if (region.draws[0].points == PointKind::facet_walk) return 16;
-    return region.draws[0].what.material.general ? 4 : 1;
+    const auto general = [](const Draw& draw) { return draw.what.material.general != 0; };
+    return std::any_of(region.draws.begin(), region.draws.end(), general) ? 4 : 1;
 }
 
 /// What both ways of sampling a job work with.

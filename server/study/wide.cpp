@@ -46,7 +46,9 @@ inline real lane_erfcx_deficit(real a) {
 #include "kernels/batch.h"
 #include "kernels/charlie.h"
 #include "kernels/microfacet.h"
+#include "kernels/parted_lights.h"
 #include "kernels/ggx_lambert.h"
+#include "kernels/sample_lobe.h"
 #include "kernels/material.h"
 // clang-format on
 #undef KILN_DOUBLE

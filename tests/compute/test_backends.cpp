@@ -87,6 +87,22 @@ TEST(Native, VisibleLightsGiveTheSameBitsToo) {
         }
 }
 
+// Under parameters without total reflection: the same operations.
+TEST(Native, PartedLightsGiveTheSameBitsToo) {
+    constexpr int kDielectric = 3;
+    for (const int distribution : {0, 1})
+        for (const int terms : {7 << kColour, 7 << kTransmitted}) {
+            const KernelMaterial material{.distribution = distribution,
+                                          .importance = kPartedLights,
+                                          .terms = terms,
+                                          .fresnel = kDielectric,
+                                          .diffuse = KILN_DIFFUSE_BURLEY,
+                                          .general = 1};
+            expect_equal_bits<float>({material, Precision::float32});
+            expect_equal_bits<double>({material, Precision::float64});
+        }
+}
+
 TEST(Native, ATermIsTheSameWhateverElseIsAskedFor) {
     ThreadPool pool(1);
     const auto backend = make_native_backend(pool, usable_instruction_sets().front());

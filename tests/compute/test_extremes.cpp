@@ -99,6 +99,12 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
     // Hoffman's tint may take F below 0 on either side of 82 degrees.
     constexpr int kTint82 = 5;
     const double F_min = what.fresnel == kTint82 && term >= kColour ? -1 : 0;
+    // A parted light stands for at most twice the normals of a hemisphere, where points are two
+    // thirds as dense, or for 6 π times its cosine; what F weighs may be too much of F = 1.
+    if (what.importance == kPartedLights) {
+        if (term < kDiffuse) return {-3, 6};
+        return {0, what.diffuse == 0 ? 6.0 : infinite};
+    }
     if (term >= kDiffuse) {
         if (what.diffuse == 0) return {0, 1 - F_min};                 // Lambert
         if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};    // Burley: (1 + 3/2)²
@@ -137,6 +143,14 @@ KernelMaterial any_material(Draw& draw) {
         what.general = 1;
         return what;
     }
+    if (draw.below(8) == 0) {
+        what.importance = kPartedLights;
+        what.masking = static_cast<int>(draw.below(2));
+        what.diffuse = static_cast<int>(draw.below(2));
+        what.terms = 7 << (draw.below(2) == 0 ? kColour : kTransmitted);
+        what.general = 1;
+        return what;
+    }
     if (draw.below(2) == 0) {
         what = lobes[draw.below(lobes.size())];
         what.averaged = static_cast<int>(draw.below(2));
@@ -166,7 +180,8 @@ KernelMaterial any_material(Draw& draw) {
 template <typename Scalar>
 void check_launch(Backend& backend, Draw& draw) {
     KernelMaterial what = any_material(draw);
-    const FresnelModel fresnel = any_fresnel(draw);
+    FresnelModel fresnel = any_fresnel(draw);
+    if (what.importance == kPartedLights) fresnel.model = Fresnel::dielectric;
     what.fresnel = what.general ? fresnel_function(fresnel) : 0;
     std::vector<Scalar> parameters(kParameterCount), texels(2 * kPlaces);
     for (int c = 0; c < 3; ++c) {
@@ -181,7 +196,9 @@ void check_launch(Backend& backend, Draw& draw) {
         texels[i] = static_cast<Scalar>(is_charlie_fit(what.masking) ? draw.log(1e-6, 1)
                                                                      : draw.zero_to_one());
         const bool no_zero = what.importance >= kLogTangents || evaluates_D(what);
-        texels[kPlaces + i] = static_cast<Scalar>(no_zero ? draw.log(1e-8, 1) : draw.zero_to_one());
+        const double least = what.importance == kPartedLights ? 1e-4 : 1e-8;
+        texels[kPlaces + i] =
+            static_cast<Scalar>(no_zero ? draw.log(least, 1) : draw.zero_to_one());
     }
     const PointSet set = make_points(static_cast<Sampler>(draw.below(4)), point_kind(what),
                                      draw.below(1u << 30), kSamples);

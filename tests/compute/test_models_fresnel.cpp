@@ -21,10 +21,6 @@ struct FresnelCase {
     std::string name;
     FresnelModel model;
     std::vector<reference::Fresnel> channels;  ///< one or three
-
-    /// Where light is reflected totally F has a kink, which a net of n points meets with an error
-    /// of n^-3/4 of its jump, 3e-5 in each of 16 replicates.
-    double reached() const { return channels[0].kinks.empty() || long_form() ? kExact : 2e-5; }
 };
 
 FresnelModel model_of(Fresnel model) {
@@ -153,7 +149,7 @@ TEST(Models, EveryFresnelOverGgx) {
                              [&](double NoV, double roughness) {
                                  return reference::microfacet_albedo(ggx(roughness), NoV, F);
                              }),
-                 label, fresnel.reached());
+                 label);
             hold(outcome, colours + c,
                  over_lines(job, [&](double) { return reference::fresnel_average(F); }), label,
                  1e-7);
@@ -185,6 +181,23 @@ TEST(Models, FresnelOverBeckmannAndCharlie) {
                              }),
                  charlie ? "charlie" : "beckmann");
     }
+}
+
+// Lights of both sides of the critical angle are drawn as GGX's visible normals, whose density
+// Beckmann's over it weighs (kernels/sample_lobe.h).
+TEST(Models, TotalReflectionUnderBeckmann) {
+    const FresnelCase fresnel = dielectric({0.7});
+    JobSpec job = model_job({Quantity::specular_albedo});
+    job.distribution = Distribution::beckmann;
+    job.fresnel = fresnel.model;
+    hold(bake(job), 0,
+         over_texels(job,
+                     [&](double NoV, double roughness) {
+                         reference::Microfacet lobe = ggx(roughness);
+                         lobe.distribution = reference::Distribution::beckmann;
+                         return reference::microfacet_albedo(lobe, NoV, fresnel.channels[0]);
+                     }),
+         "beckmann");
 }
 
 // Where the averages are no quadrature's but sampled as well.

@@ -121,12 +121,7 @@ void hold_material(const MaterialCase& material, std::int64_t sample_count) {
         hold(outcome, c, truth,
              std::string(to_word(material.coupling)) + '_' +
                  std::string(to_word(material.diffuse.ours)) + '_' +
-                 std::string(to_word(material.multiscatter)),
-             // Total reflection has a kink (test_models_fresnel.cpp), here in both lobes: at 2^21
-             // the standard error is 3.2e-6, 5.8e-6 seen.
-             lines[0].fresnel.kinks.empty() ? kExact
-             : long_form()                  ? 1e-5
-                                            : 2e-5);
+                 std::string(to_word(material.multiscatter)));
     }
 }
 

@@ -139,6 +139,19 @@ TEST_F(OpenClModels, VisibleLights) {
                       4096);
 }
 
+// Where light is reflected totally F has a kernel of its own too, beside E's and 1 − E's.
+TEST_F(OpenClModels, PartedLights) {
+    const std::string inside = R"("fresnel":{"model":"dielectric","ior":0.7})";
+    expect_equal_bits(R"("quantities":["specular_albedo"],)" + inside, 4096);
+    expect_equal_bits(
+        R"("quantities":["specular_albedo"],"microfacet":{"distribution":"beckmann"},)" + inside,
+        4096);
+    expect_equal_bits(R"("quantities":["total_albedo"],"multiscatter":"kulla_conty","coupling":)"
+                      R"("half_vector","diffuse":{"model":"oren_nayar_full","albedo":0.8},)" +
+                          inside,
+                      4096);
+}
+
 // Beside the lobe itself the term that a half-vector coupling reads; a walk has none.
 TEST_F(OpenClModels, EveryDiffuseModel) {
     for (const std::string_view model : words<DiffuseModel>()) {

@@ -11,7 +11,7 @@
 #include "server/compute/points.h"
 #include "server/spec/words.h"
 #include "tests/compute/sampled_places.h"
-#include "tests/reference/microfacet_albedo.h"
+#include "tests/reference/coupling_models.h"
 
 namespace kiln {
 namespace {
@@ -129,22 +129,38 @@ TEST(Slopes, N9PlainMonteCarlo) {
                 << to_word(job.quantities[q]) << where(job, i);
 }
 
-// Light inside a denser medium: F has a kink where it is reflected totally.
+// Light inside a denser medium: F has a kink where it is reflected totally. From 4096 samples on
+// the sampler knows where (kernels/parted_lights.h); below, a net meets it with a slope of -3/4.
 TEST(Slopes, N9TotalReflection) {
     JobSpec job = grid_job({.4, .9, 2}, {.05, 1, 2}, 1024);
-    job.quantities = {Quantity::specular_albedo};
+    job.quantities = {Quantity::specular_albedo, Quantity::total_albedo};
     job.fresnel.model = Fresnel::dielectric;
     job.fresnel.ior = {1 / 1.5};
+    job.coupling = Coupling::half_vector;
+    job.diffuse.model = DiffuseModel::burley;
     const Places places = Places::directional(job);
-    Values truth;
-    for (std::size_t i = 0; i < places.count(); ++i)
-        truth.push_back(
-            reference::microfacet_albedo({reference::Distribution::ggx,
-                                          reference::Visibility::smith_correlated, places.alpha(i)},
-                                         places.NoV(i), reference::fresnel_dielectric(1 / 1.5)));
-    const Errors errors = errors_of(job, {truth}, kDoublings);
-    for (std::size_t i = 0; i < truth.size(); ++i)
-        EXPECT_LE(slope_from(errors[0][i], 0), -.8 + kFitNoise) << where(job, i);
+    std::vector<Values> truth(2);
+    for (std::size_t i = 0; i < places.count(); ++i) {
+        const reference::Specular lobe{{reference::Distribution::ggx,
+                                        reference::Visibility::smith_correlated, places.alpha(i)},
+                                       reference::fresnel_dielectric(1 / 1.5)};
+        const reference::Material material(
+            reference::Coupling::half_vector, lobe,
+            {reference::DiffuseModel::burley, std::sqrt(places.alpha(i)), job.diffuse.albedo[0]});
+        truth[0].push_back(reference::SpecularAlbedo(lobe).at(places.NoV(i)));
+        truth[1].push_back(material.total(places.NoV(i)));
+    }
+    constexpr int kFrom = 2;
+    const Errors errors = errors_of(job, truth, kDoublings);
+    double flattest = -10;
+    for (std::size_t q = 0; q < truth.size(); ++q)
+        for (std::size_t i = 0; i < places.count(); ++i) {
+            const double slope = slope_from(errors[q][i], kFrom);
+            EXPECT_LE(slope, -1.15 + fit_noise(kDoublings - kFrom))
+                << to_word(job.quantities[q]) << " at " << where(job, i);
+            flattest = std::max(flattest, slope);
+        }
+    std::printf("flattest slope %.3f\n", flattest);
 }
 
 struct Effort {

@@ -47,12 +47,13 @@ Stiff stiff_places(double NoV_least = 0, double alpha_least = 0) {
 
 /// Where the lobe has a value: D itself, which cosine and uniform importance read, is infinite at
 /// alpha = 0, and so are Charlie's maskings at NoV = 0. Of the divergence the flags are right.
-/// Logarithms of tangents are of alpha > 0.
+/// Logarithms of tangents are of alpha > 0, parted lights of 1e-4 and more.
 Stiff stiff_places(const KernelMaterial& what) {
     const bool specular = (what.terms & (7 | 7 << kColour)) != 0;
     const bool positive = what.importance == static_cast<int>(Importance::cosine) ||
                           what.importance == static_cast<int>(Importance::uniform) ||
                           what.importance == kLogTangents;
+    if (specular && what.importance == kPartedLights) return stiff_places(0, 1e-4);
     return stiff_places(is_charlie_fit(what.masking) ? 1e-6 : 0, specular && positive ? 1e-6 : 0);
 }
 
@@ -152,6 +153,23 @@ TEST_F(Traps, N20FastLobes) {
                 if (importance == kLogTangents) what.terms = 1 << kDeficit;
                 if (importance == kVisibleLights && averaged) continue;
                 hold(what, {}, name_of(what));
+            }
+}
+
+TEST_F(Traps, N20PartedLights) {
+    FresnelModel inside;
+    inside.model = Fresnel::dielectric;
+    for (const double ior : {1e-4, 1 / 1.5, 1 - 1e-7})
+        for (const int distribution : {0, 1})
+            for (const int terms : {7 << kColour, 7 << kTransmitted}) {
+                inside.ior = {ior};
+                hold({.distribution = distribution,
+                      .importance = kPartedLights,
+                      .terms = terms,
+                      .fresnel = fresnel_function(inside),
+                      .diffuse = KILN_DIFFUSE_BURLEY,
+                      .general = 1},
+                     inside, "parted lights, ior " + std::to_string(ior));
             }
 }
 

@@ -5,17 +5,16 @@
 #include <cmath>
 
 #include "server/compute/points.h"
-#include "tests/kernels/one_lane.h"
-#include "tests/kernels/textbook.h"
+#include "tests/kernels/drawn_lights.h"
 
 // Visible normals whose lights are above the horizon: their density and their edge.
 namespace {
 
+using drawn_lights::light_elevation;
+using drawn_lights::normals_at;
+using drawn_lights::Setting;
 using textbook::Vector;
 
-struct Setting {
-    double NoV, alpha;
-};
 constexpr Setting kSettings[] = {{0.01, 0.01}, {0.02, 0.035}, {0.3, 1e-3}, {0.3, 0.1},
                                  {0.5, 0.35},  {0.9, 0.01},   {0.9, 1},    {0.99, 0.3}};
 
@@ -26,43 +25,18 @@ in_double::VisibleLight draw(const Setting& at, double phi, double t) {
 }
 
 Vector half_vector(const Setting& at, double phi, double t) {
-    const auto sample = draw(at, phi, t);
-    const double S = in_double::ggx_view(at.NoV, at.alpha).S, length = std::sqrt(sample.h.hh);
-    const double z = sample.NoH / length, VoH = S * sample.h.VoH2 / 2 / length;
-    const double x = (VoH - at.NoV * z) / std::sqrt(1 - at.NoV * at.NoV);
-    return {x, std::sqrt(std::max(0.0, 1 - x * x - z * z)), z};
+    return drawn_lights::half_vector(at, draw(at, phi, t));
 }
 
-double light_elevation(const Setting& at, const Vector& h) {
-    return 2 * textbook::dot(textbook::view(at.NoV), h) * h[2] - at.NoV;
-}
-
-Vector cross(const Vector& a, const Vector& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/// Central differences, of the fourth order.
-Vector slope(const auto& f, double step) {
-    Vector d{};
-    const Vector a = f(-2 * step), b = f(-step), c = f(step), e = f(2 * step);
-    for (std::size_t i = 0; i < 3; ++i) d[i] = (a[i] - 8 * b[i] + 8 * c[i] - e[i]) / (12 * step);
-    return d;
-}
-
-// What a point stands for, dφ dt / π of either half, is its weight's part of the visible normals.
+// What a point stands for is its weight's part of the visible normals.
 TEST(VisibleLights, WeighAsManyVisibleNormalsAsTheyStandFor) {
     for (const Setting& at : kSettings)
         for (const double phi : {0.2, 0.9, 1.6, 2.4, 3.0})
             for (const double t : {0.1, 0.4, 0.7, 0.95}) {
-                const Vector h = half_vector(at, phi, t);
-                const Vector by_phi =
-                    slope([&](double d) { return half_vector(at, phi + d, t); }, 1e-3);
-                const Vector by_t =
-                    slope([&](double d) { return half_vector(at, phi, t + d); }, 1e-3);
-                const Vector area = cross(by_phi, by_t);
-                const double normals = 2 * std::numbers::pi * std::sqrt(textbook::dot(area, area)) *
-                                       textbook::visible_normals(h, at.NoV, at.alpha);
-                EXPECT_NEAR(draw(at, phi, t).weight / normals, 1, 2e-5)
+                const auto sample = [&](double by_phi, double by_t) {
+                    return draw(at, phi + by_phi, t + by_t);
+                };
+                EXPECT_NEAR(draw(at, phi, t).weight / normals_at(at, sample, 1e-3), 1, 2e-5)
                     << at.NoV << " " << at.alpha << " " << phi << " " << t;
             }
 }

@@ -105,6 +105,7 @@ KERNEL_TESTS = {
     "kernels.h": [],  # the list of the others
     "lane_arc.h": ["tests/kernels/test_lane_math.cpp"],
     "material.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
+    "sample_lobe.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
     "microfacet.h": ["tests/compute/test_models.cpp", "tests/compute/test_backends.cpp"],
     "batch.h": ["tests/compute/test_backends.cpp", "tests/compute/test_accuracy.cpp"],
     "quadrature.h": ["tests/compute/test_quadrature.cpp"],
