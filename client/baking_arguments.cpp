@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/arguments.h"
 
-#include <limits>
 #include <map>
 
 #include "server/spec/words.h"
@@ -27,7 +26,7 @@ void add_run(CLI::App& command, RunOptions& options, Arguments& arguments) {
         .add_option("--timeout", options.timeout_s,
                     "give up, and cancel, after this long; 0 = never")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6).description(""));
+        ->check(number_within(0.0, 1e6));
     command
         .add_option("--progress", arguments.progress,
                     "on standard error: auto, bar, plain, json, none")
@@ -52,7 +51,7 @@ void add_scene_options(CLI::App& command, Arguments& arguments) {
         .add_option("--max-error", arguments.scene.max_error,
                     "of a scene: refine until every albedo is within X of the full set's")
         ->type_name("X")
-        ->check(CLI::Range(0.0, 1.0).description(""));
+        ->check(number_within(0.0, 1.0));
     command.add_flag(
         "--no-proof", [&arguments](std::int64_t) { arguments.scene.prove = false; },
         "of a scene: do not compare with the full set");
@@ -225,7 +224,7 @@ void add_advise(CLI::App& app, Arguments& arguments) {
                     "most that a lookup may be off: sampling, pixel type and bilinear lookup")
         ->required()
         ->type_name("X")
-        ->check(CLI::Range(1e-6, 1.0).description(""));
+        ->check(number_within(1e-6, 1.0));
     add_json(command, arguments);
     command.footer(
         "Example:\n  kiln advise examples/split_sum.json --max-error 1e-3\n"
