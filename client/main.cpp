@@ -309,7 +309,8 @@ int parse_and_run(int argc, char** argv) {
         return static_cast<int>(
             complain(arguments, failure.exit, {failure.code(), failure.what(), {}}));
     }
-    arguments.bake.json = arguments.study.json = arguments.server.json = arguments.json;
+    arguments.bake.json = arguments.study.json = arguments.advise.json = arguments.server.json =
+        arguments.json;
     take_environment(arguments);
     return static_cast<int>(run(arguments));
 }
