@@ -68,16 +68,20 @@ void print_table(const std::vector<Candidate>& candidates, double max_error) {
 }  // namespace
 
 Exit advise(const AdviseOptions& options) {
-    const JobSpec job = parse_job(read_input(options.job, kJobInputBytesMax));
+    const JobSpec job = parse_job(read_job(options.job, options.settings));
     if (job.kind != Kind::lut)
         throw InvalidJob(
             std::vector<Problem>{{"/kind", "advice is on tables of models: kind lut alone"}});
     refuse_what_quadrature_lacks(job);
+    const Interrupt interrupt(options.timeout_s);
+    const Stop stop(interrupt, options.timeout_s);
     ThreadPool pool(0);
     const auto native = make_native_backend(pool, usable_instruction_sets().front());
-    const Interrupt interrupt(0);
-    const Stop stop(interrupt, 0);
+    ProgressView view(options.progress);
     Control control;
+    control.progress = [&view](const Progress& progress) {
+        view.update({"running", progress.fraction, {}});
+    };
     control.cancelled = [&stop] { return stop.requested(); };
     std::vector<Candidate> candidates;
     try {
@@ -85,6 +89,7 @@ Exit advise(const AdviseOptions& options) {
     } catch (const Cancelled&) {
         stop.leave();
     }
+    view.clear();
     // As a reader of the job will see it: a layout that is Kiln's own is named so again.
     for (Candidate& candidate : candidates) candidate.job = parse_job(canonical(candidate.job));
     if (options.json)

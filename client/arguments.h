@@ -2,6 +2,9 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <limits>
+#include <string>
+#include <type_traits>
 
 #include "client/commands.h"
 
@@ -30,6 +33,24 @@ struct Arguments {
     bool json = false;
     std::function<Exit()> run;
 };
+
+/// CLI::Range lets NaN through, which lies neither below nor above anything.
+template <typename Number>
+CLI::Validator number_within(Number least, Number most = std::numeric_limits<Number>::max()) {
+    const auto text = [](Number number) { return format_number(static_cast<double>(number)); };
+    const std::string allowed =
+        std::string(std::is_integral_v<Number> ? "a whole number" : "a finite number") +
+        (most == std::numeric_limits<Number>::max() ? " of at least " + text(least)
+                                                    : " from " + text(least) + " to " + text(most));
+    return CLI::Validator(
+        [=](std::string& input) -> std::string {
+            Number number{};
+            const bool within =
+                CLI::detail::lexical_cast(input, number) && number >= least && number <= most;
+            return within ? "" : input + " is not " + allowed;
+        },
+        "");
+}
 
 void add_json(CLI::App& command, Arguments& arguments);
 void add_server(CLI::App& command, std::string& server);

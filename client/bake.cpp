@@ -34,18 +34,8 @@ void check_arguments(const BakeOptions& options) {
     if (!options.report.empty() && options.report != "-") check_output(options.report);
 }
 
-std::string apply_all(const std::string& text, const std::vector<std::string>& settings) {
-    if (settings.empty()) return text;
-    apply_settings(text, {});  // a document that cannot be read is the document's fault …
-    try {
-        return apply_settings(text, settings);
-    } catch (const Malformed& error) {  // … and this one the argument's
-        throw Failure(Exit::usage, "bad_setting", std::string("--set: ") + error.what());
-    }
-}
-
 JobSpec load_job(const BakeOptions& options, MeasurementFiles& files) {
-    std::string text = apply_all(read_input(options.job, kJobInputBytesMax), options.settings);
+    std::string text = read_job(options.job, options.settings);
     text = take_measurements(text, options.job, options.measurements, files);
     const std::string extension = extension_of(options.output);
     const bool named = options.output != "-" && !extension.empty();

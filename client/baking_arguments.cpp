@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/arguments.h"
 
-#include <limits>
 #include <map>
 
 #include "server/spec/words.h"
@@ -19,20 +18,30 @@ ProgressMode progress_mode(const std::string& word) {
     return modes.at(word);
 }
 
-/// Where a job runs, and how its user hears of it.
-void add_run(CLI::App& command, RunOptions& options, Arguments& arguments) {
-    add_server(command, options.server);
-    command.add_flag("--local", options.local, "bake in this process, ask no server");
+void add_watch(CLI::App& command, WatchOptions& options, Arguments& arguments) {
     command
         .add_option("--timeout", options.timeout_s,
                     "give up, and cancel, after this long; 0 = never")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6).description(""));
+        ->check(number_within(0.0, 1e6));
     command
         .add_option("--progress", arguments.progress,
                     "on standard error: auto, bar, plain, json, none")
         ->type_name("HOW")
         ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}).description(""));
+}
+
+void add_run(CLI::App& command, RunOptions& options, Arguments& arguments) {
+    add_server(command, options.server);
+    command.add_flag("--local", options.local, "bake in this process, ask no server");
+    add_watch(command, options, arguments);
+}
+
+void add_settings(CLI::App& command, std::vector<std::string>& settings,
+                  const std::string& examples) {
+    command.add_option("--set", settings, "change the job: " + examples + ", …")
+        ->type_name("FIELD=VALUE")
+        ->allow_extra_args(false);
 }
 
 /// What the options above say together.
@@ -52,7 +61,7 @@ void add_scene_options(CLI::App& command, Arguments& arguments) {
         .add_option("--max-error", arguments.scene.max_error,
                     "of a scene: refine until every albedo is within X of the full set's")
         ->type_name("X")
-        ->check(CLI::Range(0.0, 1.0).description(""));
+        ->check(number_within(0.0, 1.0));
     command.add_flag(
         "--no-proof", [&arguments](std::int64_t) { arguments.scene.prove = false; },
         "of a scene: do not compare with the full set");
@@ -124,9 +133,7 @@ void add_bake(CLI::App& app, Arguments& arguments) {
         ->required()
         ->type_name("FILE");
     add_scene_options(command, arguments);
-    command.add_option("--set", options.settings, "change the job: seed=7, output.pixel=float, …")
-        ->type_name("FIELD=VALUE")
-        ->allow_extra_args(false);
+    add_settings(command, options.settings, "seed=7, output.pixel=float");
     command.add_option("--report", options.report, "write the report (error, run time, device)")
         ->type_name("FILE");
     command
@@ -196,9 +203,7 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
             ->required()
             ->type_name("JOB.json");
     }
-    command.add_option("--set", options.settings, "change the job: seed=7, device=native, …")
-        ->type_name("FIELD=VALUE")
-        ->allow_extra_args(false);
+    add_settings(command, options.settings, "seed=7, device=native");
     command.add_option("-o,--output", options.folder, "folder for the pictures and the numbers")
         ->type_name("DIR");
     add_run(command, options, arguments);
@@ -217,27 +222,29 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
 void add_advise(CLI::App& app, Arguments& arguments) {
     CLI::App& command =
         *app.add_subcommand("advise", "Find the smallest table whose error stays within a bound");
-    command.add_option("job", arguments.advise.job, "job document, - for standard input")
+    AdviseOptions& options = arguments.advise;
+    command.add_option("job", options.job, "job document, - for standard input")
         ->required()
         ->type_name("JOB.json");
     command
-        .add_option("--max-error", arguments.advise.max_error,
+        .add_option("--max-error", options.max_error,
                     "most that a lookup may be off: sampling, pixel type and bilinear lookup")
         ->required()
         ->type_name("X")
-        ->check(CLI::Range(1e-6, 1.0).description(""));
+        ->check(number_within(1e-6, 1.0));
+    add_settings(command, options.settings, "output.format=png, layout=unity");
+    add_watch(command, options, arguments);
     add_json(command, arguments);
     command.footer(
         "Example:\n  kiln advise examples/split_sum.json --max-error 1e-3\n"
         "\nTries sizes, axis mappings and grids (those of a program's layout stay as they are) "
         "and the\npixel types of the job's format against exact values, and prints the smallest "
         "tables and the\njob of the first. Exit status 6 where no table up to 4096 texels a side "
-        "is within X.");
-    command.callback([&arguments] {
-        arguments.run = [&] {
-            arguments.advise.json = arguments.json;
-            return advise(arguments.advise);
-        };
+        "is within X.\n" +
+        std::string(kExitCodes));
+    command.callback([&arguments, &options] {
+        options.progress = progress_mode(arguments.progress);
+        arguments.run = [&options] { return advise(options); };
     });
 }
 

@@ -15,13 +15,17 @@ namespace kiln::client {
 /// Where a server is looked for when none was named.
 inline const std::string kDefaultServer = std::string("http://") + kDefaultAddress;
 
-/// Where a job runs, and how its user hears of it.
-struct RunOptions {
-    std::string server;  ///< "" where none was named
-    bool local = false;
+/// How long a command may take, and how its user hears of it.
+struct WatchOptions {
     double timeout_s = 0;  ///< 0 = none
     bool json = false;
     ProgressMode progress = ProgressMode::automatic;
+};
+
+/// And where its job runs.
+struct RunOptions : WatchOptions {
+    std::string server;  ///< "" where none was named
+    bool local = false;
 };
 
 struct BakeOptions : RunOptions {
@@ -40,10 +44,10 @@ struct StudyOptions : RunOptions {
     std::string folder;                 ///< "" for none
 };
 
-struct AdviseOptions {
-    std::string job;  ///< file, or "-" for standard input
+struct AdviseOptions : WatchOptions {
+    std::string job;                    ///< file, or "-" for standard input
+    std::vector<std::string> settings;  ///< field=value
     double max_error = 0;
-    bool json = false;
 };
 
 struct SceneOptions : RunOptions {

@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "client/failure.h"
+#include "server/spec/settings.h"
 
 namespace kiln::client {
 
@@ -122,6 +123,20 @@ std::string read_input(const std::string& path, std::size_t bytes_max) {
         if (text.size() > bytes_max)
             throw unreadable(name, "it holds more than " + std::to_string(bytes_max) + " bytes");
         if (count == 0) return text;
+    }
+}
+
+std::string read_job(const std::string& path, const std::vector<std::string>& settings) {
+    // Far above the contract's job_bytes_max, which parse_job judges; only there so that reading
+    // ends.
+    constexpr std::size_t kBytesMax = 16u << 20;
+    const std::string text = path.empty() ? "{}" : read_input(path, kBytesMax);
+    if (settings.empty()) return text;
+    apply_settings(text, {});  // a document that cannot be read is the document's fault …
+    try {
+        return apply_settings(text, settings);
+    } catch (const Malformed& error) {  // … and this one the argument's
+        throw Failure(Exit::usage, "bad_setting", std::string("--set: ") + error.what());
     }
 }
 

@@ -3,15 +3,17 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kiln::client {
-
-/// Far above the contract's job_bytes_max, which parse_job judges; only there so that reading ends.
-inline constexpr std::size_t kJobInputBytesMax = 16u << 20;
 
 /// Everything in a file, or in standard input for "-". Throws Failure(usage) for a file that cannot
 /// be read or holds more than `bytes_max` bytes.
 std::string read_input(const std::string& path, std::size_t bytes_max);
+
+/// A job document, "{}" where `path` is empty, with `settings` (field=value) made in it. Throws
+/// Malformed for a document that cannot be read, Failure(usage) for a setting that cannot be made.
+std::string read_job(const std::string& path, const std::vector<std::string>& settings);
 
 /// Makes the folder, and those above it, unless it is there. Throws Failure(usage) with the reason.
 void make_folder(const std::string& path);

@@ -3,7 +3,6 @@
 #include <clocale>
 #include <csignal>
 #include <cstdlib>
-#include <limits>
 #include <new>
 
 #include "client/arguments.h"
@@ -43,7 +42,7 @@ void add_files(CLI::App& app, Arguments& arguments) {
         .add_option("--max-error", arguments.max_error,
                     "largest difference that still passes; else 0")
         ->type_name("X")
-        ->check(CLI::Range(0.0, std::numeric_limits<double>::max()).description(""));
+        ->check(number_within(0.0));
     add_json(diff_command, arguments);
     diff_command.footer(
         "Example:\n  kiln diff before.exr after.exr --max-error 1e-4\n"
@@ -72,7 +71,7 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
             CLI::IsMember({"queued", "running", "done", "failed", "cancelled"}).description(""));
     ls.add_option("--limit", arguments.count_max, "at most this many; else 20")
         ->type_name("N")
-        ->check(CLI::Range(1, 10000).description(""));
+        ->check(number_within(1, 10000));
     add_json(ls, arguments);
     ls.footer("Example:\n  kiln ls --state running");
     ls.callback([&arguments] {
@@ -96,7 +95,7 @@ void add_phi_in(CLI::App& command, std::optional<double>& phi_in) {
     command
         .add_option("--phi-in", phi_in,
                     "azimuth of the light on a material that turns, degrees; else the mean of all")
-        ->check(CLI::Range(0.0, 360.0).description(""));
+        ->check(number_within(0.0, 360.0));
 }
 
 void add_slices(CLI::App& measure, Arguments& arguments) {
@@ -114,21 +113,21 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
         ->type_name("A,B,…");
     add_phi_in(command, options.phi_in);
     command.add_option("--width", options.width, "of a slice; else 361")
-        ->check(CLI::Range(2, 4096).description(""));
+        ->check(number_within(2, 4096));
     command.add_option("--height", options.height, "of a slice; else 181")
-        ->check(CLI::Range(2, 4096).description(""));
+        ->check(number_within(2, 4096));
     command.add_option("--gutter", options.gutter, "texels around each cell; else 0")
-        ->check(CLI::Range(0, 64).description(""));
+        ->check(number_within(0, 64));
     command
         .add_option("--extrapolation-p", options.extrapolation.p,
                     "what is left of f at the horizon beyond the measured angles; else 1: clamped")
         ->type_name("P")
-        ->check(CLI::Range(0.0, 100.0).description(""));
+        ->check(number_within(0.0, 100.0));
     command
         .add_option("--extrapolation-l", options.extrapolation.l,
                     "of the curve down to it, 0 to 1; else 0.3")
         ->type_name("L")
-        ->check(CLI::Range(0.0, 1.0).description(""));
+        ->check(number_within(0.0, 1.0));
     command.add_flag_callback(
         "--clamp-theta-in",
         [&options] { options.extrapolation.theta_in = measured::ThetaInBeyond::clamp; },
@@ -164,10 +163,10 @@ void add_view(CLI::App& measure, Arguments& arguments) {
     command.add_option("file", options.file)->required()->type_name("FILE");
     command.add_option("-o,--output", options.output, "a .png")->required()->type_name("FILE");
     command.add_option("--theta-in", options.theta_in, "of the lobe's light, degrees; else 30")
-        ->check(CLI::Range(0.0, 89.0).description(""));
+        ->check(number_within(0.0, 89.0));
     add_phi_in(command, options.phi_in);
     command.add_option("--size", options.size, "pixels along the picture; else 640")
-        ->check(CLI::Range(64, 2048).description(""));
+        ->check(number_within(64, 2048));
     command.add_flag("--sphere", options.sphere,
                      "a lit sphere in place of the lobe; goes without --theta-in");
     command.footer("Example:\n  kiln measure view paint.bsdf --theta-in 30 -o lobe.png");
@@ -310,7 +309,8 @@ int parse_and_run(int argc, char** argv) {
         return static_cast<int>(
             complain(arguments, failure.exit, {failure.code(), failure.what(), {}}));
     }
-    arguments.bake.json = arguments.study.json = arguments.server.json = arguments.json;
+    arguments.bake.json = arguments.study.json = arguments.advise.json = arguments.server.json =
+        arguments.json;
     take_environment(arguments);
     return static_cast<int>(run(arguments));
 }

@@ -6,7 +6,6 @@
 #include "client/commands.h"
 #include "client/files.h"
 #include "client/json.h"
-#include "server/spec/settings.h"
 #include "server/spec/words.h"
 #include "server/study/draw.h"
 
@@ -15,16 +14,7 @@ namespace kiln::client {
 namespace {
 
 JobSpec load_study(const StudyOptions& options) {
-    std::string text = options.job.empty() ? "{}" : read_input(options.job, kJobInputBytesMax);
-    if (!options.settings.empty()) {
-        apply_settings(text, {});  // a document that cannot be read is the document's fault …
-        try {
-            text = apply_settings(text, options.settings);
-        } catch (const Malformed& error) {  // … and this one the argument's
-            throw Failure(Exit::usage, "bad_setting", std::string("--set: ") + error.what());
-        }
-    }
-    return parse_job(as_study(text, options.kind));
+    return parse_job(as_study(read_job(options.job, options.settings), options.kind));
 }
 
 void write_files(const StudyOptions& options, const Study& study, const Baking& result) {

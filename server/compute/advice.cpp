@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <tuple>
@@ -84,7 +85,10 @@ class Search {
   public:
     Search(const JobSpec& job, double max_error, Backend& native, ThreadPool& pool,
            const Control& control)
-        : job_(job), max_error_(max_error), native_(native), pool_(pool), control_(control) {}
+        : job_(job), max_error_(max_error), native_(native), pool_(pool) {
+        control_.cancelled = control.cancelled;
+        control_.progress = [this, &control](const Progress&) { control.progress({done_, {}}); };
+    }
 
     std::vector<Candidate> run() {
         std::vector<Axes> all = axes_to_try(job_);
@@ -92,7 +96,10 @@ class Search {
         std::stable_partition(all.begin(), all.end(), [](const Axes& axes) {
             return !axes.empty() && axes[0].mapping == Mapping::sqrt;
         });
-        for (const Axes& axes : all) add_smallest(axes);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            add_smallest(all[i], [&](double share) {
+                done_ = (static_cast<double>(i) + share) / static_cast<double>(all.size());
+            });
         if (!judged_ && pole_) throw *pole_;
         std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
             return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
@@ -103,9 +110,11 @@ class Search {
   private:
     /// For each pixel type the first size that is within the bound. Stops where even the next size
     /// would be larger than twice the smallest table known: it will not be the answer.
-    void add_smallest(const Axes& axes) {
+    void add_smallest(const Axes& axes, const std::function<void(double)>& done) {
         std::vector<Pixel> open = pixels_of(job_.format);
+        double tried = 0;
         for (const std::int64_t size : kAdvisedSizes) {
+            done(tried++ / static_cast<double>(std::size(kAdvisedSizes)));
             const JobSpec made = sized(job_, axes, size);
             std::erase_if(
                 open, [&](const Pixel& pixel) { return bytes_of(made, pixel) > 2 * smallest_; });
@@ -168,7 +177,8 @@ class Search {
     const double max_error_;
     Backend& native_;
     ThreadPool& pool_;
-    const Control& control_;
+    Control control_;
+    double done_ = 0;  ///< of all axes and sizes
     std::vector<Candidate> found_;
     std::uint64_t smallest_ = std::uint64_t{1} << 60;
     bool judged_ = false;

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """`kiln advise`: its table, its job, its refusals; test_exactness measures what it advises."""
 import json
+import signal
 import unittest
 
-from kiln_cli import KilnTest
+from kiln_cli import PATIENCE_S, KilnTest
 
 JOB = {"quantities": ["directional_albedo"], "resolution": [64, 64]}
+# Minutes of search: its albedo has no bound at NoV = 0.
+LONG_JOB = dict(JOB, microfacet={"distribution": "charlie", "masking": "charlie"})
 
 
 class Advise(KilnTest):
@@ -15,7 +18,7 @@ class Advise(KilnTest):
                          exit_status=status)
 
     def test_the_job_it_names_can_be_baked_and_is_within_the_bound(self):
-        stdout, stderr = self.advise(JOB, 0.02)
+        stdout, stderr = self.advise(JOB, 0.02, "--progress", "none")
         self.assertEqual(stderr, "")
         lines = stdout.decode().splitlines()
         for word in ("size", "axes", "grid", "bilinear", "total"):
@@ -56,6 +59,30 @@ class Advise(KilnTest):
         self.assertIn("let the NoV axis start above 0", stderr)
         failure = json.loads(self.advise(job, 1, "--json", status=1)[0])
         self.assertEqual(failure["code"], "non_finite")
+
+    def test_a_setting_changes_the_job(self):
+        stdout = self.advise(JOB, 0.02, "--set", "output.format=png")[0]
+        self.assertEqual(json.loads(stdout.decode().splitlines()[-1])["output"]["format"], "png")
+        self.assertIn("--set", self.advise(JOB, 0.02, "--set", "seed", status=2)[1])
+
+    def test_a_long_search_says_how_far_it_is(self):
+        self.write("job.json", LONG_JOB)
+        search = self.start("advise", "job.json", "--max-error", "0.01", "--progress", "json",
+                            "--timeout", str(PATIENCE_S))
+        told = [0]
+        while told[-1] == 0:
+            event = json.loads(search.stderr.readline())
+            self.assertEqual((event["event"], event["state"]), ("progress", "running"))
+            told.append(event["progress"])
+        search.send_signal(signal.SIGINT)
+        search.communicate(timeout=PATIENCE_S)
+        self.assertEqual(search.returncode, 130)
+        self.assertTrue(0 < told[-1] < 1, told)
+
+    def test_a_search_ends_at_its_time_limit(self):
+        stdout, stderr = self.advise(LONG_JOB, 0.01, "--timeout", "0.5", status=5)
+        self.assertEqual(stdout, b"")
+        self.assertIn("not done within 0.5 s", stderr)
 
     def test_what_quadrature_lacks_is_refused_by_name(self):
         job = dict(JOB, quantities=["directional_albedo", "diffuse_albedo"],

@@ -172,6 +172,36 @@ class Refuse(KilnTest):
                 self.assertTrue(stderr.startswith("kiln: "), stderr)
         self.assertEqual(self.files(), ["folder", "job.json"])
 
+    def test_a_number_is_finite_and_what_is_allowed_is_said(self):
+        self.write("job.json", JOB)
+        bake, study = ("bake", "job.json", "-o", "x.exr"), ("furnace", "job.json")
+        scene = ("bake", "--scene", "job.json", "-o", "x")
+        slices = ("measure", "slices", "job.json", "-o", "x.exr")
+        view = ("measure", "view", "job.json", "-o", "x.png")
+        real, whole = "a finite number", "a whole number"
+        for command, option, allowed in (
+                (("advise", "job.json"), "--max-error", f"{real} from 1e-06 to 1"),
+                (scene, "--max-error", f"{real} from 0 to 1"),
+                (bake, "--timeout", f"{real} from 0 to 1e+06"),
+                (study, "--timeout", f"{real} from 0 to 1e+06"),
+                (("diff", "job.json", "job.json"), "--max-error", f"{real} of at least 0"),
+                (slices, "--theta-in", "rising angles from 0 to 90 degrees"),
+                (slices, "--phi-in", f"{real} from 0 to 360"),
+                (slices, "--extrapolation-p", f"{real} from 0 to 100"),
+                (slices, "--extrapolation-l", f"{real} from 0 to 1"),
+                (slices, "--width", f"{whole} from 2 to 4096"),
+                (view, "--theta-in", f"{real} from 0 to 89"),
+                (view, "--phi-in", f"{real} from 0 to 360"),
+                (view, "--size", f"{whole} from 64 to 2048"),
+                (("measure", "fit", "job.json"), "--phi-in", f"{real} from 0 to 360"),
+                (("ls",), "--limit", f"{whole} from 1 to 10000")):
+            for value in ("nan", "inf", "-inf"):
+                with self.subTest(command=command, option=option, value=value):
+                    _, stderr = self.kiln(*command, f"{option}={value}", exit_status=2)
+                    self.assertIn(option, stderr)
+                    self.assertIn(allowed, stderr)
+        self.assertEqual(self.files(), ["job.json"])
+
     def test_an_unknown_command_is_named_with_the_nearest(self):
         for word, hint in (("bak", 'did you mean "bake"?'), ("inof", 'did you mean "info"?'),
                            ("nonsense", "is no command. There are bake, plan, convergence,"),
