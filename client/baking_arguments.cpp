@@ -210,7 +210,7 @@ void add_study(CLI::App& app, Arguments& arguments, const StudyCommand& study_co
     add_json(command, arguments);
     command.footer(
         study_command.footer +
-        std::string("Exit status 6 where a verdict is not what is known of the model.\n") +
+        std::string("A verdict: yes; known, it does not hold and need not; no, exit status 6.\n") +
         kExitCodes);
     command.callback([&arguments, &options, kind = study_command.kind] {
         settle_run(options, arguments);

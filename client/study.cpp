@@ -30,10 +30,12 @@ void print_verdicts(const Study& study) {
     std::string text = study.title + "\n";
     std::size_t longest = 0;
     for (const Verdict& verdict : study.verdicts) longest = std::max(longest, verdict.name.size());
-    for (const Verdict& verdict : study.verdicts)
-        text += std::string("  ") + (verdict.holds ? "yes  " : "no   ") + printable(verdict.name) +
+    for (const Verdict& verdict : study.verdicts) {
+        const std::string answer = verdict.answer();
+        text += "  " + answer + std::string(7 - answer.size(), ' ') + printable(verdict.name) +
                 std::string(longest + 2 - verdict.name.size(), ' ') + printable(verdict.words) +
                 "\n";
+    }
     for (const std::string& note : study.notes) text += "  " + printable(note) + "\n";
     write_output("-", text);
 }

@@ -102,10 +102,10 @@ KILN_FUNCTION Sums material_sum(const Material what, KILN_GLOBAL const scalar* p
                                 const unsigned int first_point, const unsigned int point_count) {
     Sums all = no_sums(), sums = no_sums();
     const real roughness = lane_sqrt(alpha);
-    // Half vectors of narrower lobes than these, 1e-15 in float, make products of two cosines near
-    // the horizon that are no numbers: they count as the mirror. The fast path needs no such
-    // product.
-    if (what.importance <= KILN_IMPORTANCE_NDF && !is_fast_lobe(what))
+    // Narrower lobes than these, 1e-15 in float, count as the mirror: near the horizon the products
+    // of two cosines of their half vectors are no numbers, nor is D V of a light. The fast path
+    // needs neither.
+    if (!is_fast_lobe(what))
         alpha = lane_select(alpha > K(1e3) * KILN_ROOT_TINY, alpha, lanes(K(0.0)));
     View view = ggx_view(NoV, alpha);
     const unsigned int scalars = material_point_scalars(what);

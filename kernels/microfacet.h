@@ -124,13 +124,14 @@ KILN_CALLED real microfacet_visibility(const int distribution, const int masking
 }
 
 // D V, from a multiple of D. A D that vanishes does so faster than a masking grows towards
-// NoV = NoL = 0, but at NoV = 0, where Charlie's grows without end.
+// NoV = NoL = 0. Charlie's masking is infinite at NoV = 0, and no D makes less of it.
 KILN_FUNCTION real microfacet_product(const int distribution, const int masking, real alpha,
                                       Scattering s, real D) {
     const real V = microfacet_visibility(distribution, masking, alpha, s);
-    if (distribution != KILN_DISTRIBUTION_CHARLIE) return D * V;
-    const real gone = lane_select(s.NoV > K(0.0), D, lanes(K(1.0)));
-    return lane_select(gone == K(0.0), lanes(K(0.0)), D * V);
+    const real none = lanes(K(0.0));
+    real vanished = none;
+    if (is_charlie_masking(masking)) vanished = lane_select(s.NoV > none, none, V);
+    return lane_select(D == none, vanished, D * V);
 }
 
 // D of Beckmann over that of GGX at a normal of ggx_sample_vndf(), not yet normalised: with

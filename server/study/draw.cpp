@@ -93,7 +93,7 @@ class Sheet {
             if (!note)
                 charts::text(to, kMargin + 12, y, word.answer, 12, charts::Align::left, word.colour,
                              true);
-            charts::text(to, kMargin + (note ? 12 : 48), y, word.line, 12, charts::Align::left,
+            charts::text(to, kMargin + (note ? 12 : 60), y, word.line, 12, charts::Align::left,
                          note ? charts::kMuted : charts::kInk);
             y += kLine;
         }
@@ -152,7 +152,7 @@ class Sheet {
     /// Verdicts that hold are told by name where they are many: their words are in the other files.
     void collect_words() {
         constexpr std::size_t kMany = 16;
-        const double room = width_ - 2 * kMargin - 60;
+        const double room = width_ - 2 * kMargin - 72;
         std::string held;
         std::size_t count = 0;
         for (const Verdict& v : study_.verdicts) {
@@ -164,7 +164,7 @@ class Sheet {
             const auto colour = v.holds      ? charts::kGood
                                 : v.expected ? charts::kBad
                                              : charts::kMuted;
-            std::string answer = v.holds ? "yes" : "no";
+            std::string answer = v.answer();
             for (const std::string& line : wrapped(v.name + ": " + v.words, room, 12)) {
                 words_.push_back({answer, colour, line});
                 answer.clear();

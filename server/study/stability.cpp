@@ -140,8 +140,13 @@ std::vector<Verdict> claims(const std::vector<Finding>& findings) {
     return {
         claim(
             "every model is finite", findings,
-            [](const Finding& f) { return std::isinf(f.in_float.value); },
-            "a lobe of alpha 0 is no function; charlie has a pole at NoV 0"),
+            [](const Finding& f) {
+                return std::any_of(f.values.begin(), f.values.end(), [](const auto& value) {
+                    return value && !std::isfinite(*value);
+                });
+            },
+            "a lobe of alpha 0, as 1e-40 counts in float, is no function; charlie has a pole at "
+            "NoV 0"),
         claim(
             "F is nowhere negative", findings,
             [](const Finding& f) { return f.quantity == "F" && f.in_double.value < -1e-9; },

@@ -37,16 +37,21 @@ using Readings = std::array<std::optional<double>, kArithmetics>;
 /// Units of last place in one rounding, and the least square that keeps its digits.
 struct Format {
     double unit, tiny;
+    long double half_least;  ///< half of the least number that it holds, a subnormal
     bool single;
     double rounded(double x) const {
         return single ? static_cast<double>(static_cast<float>(x)) : x;
     }
 };
-inline constexpr Format kSingle{0x1p-24, 0x1p-63, true}, kDouble{0x1p-53, 0x1p-511, false};
+inline constexpr Format kSingle{0x1p-24, 0x1p-63, 0x1p-150L, true},
+    kDouble{0x1p-53, 0x1p-511, 0x1p-1075L, false};
 
 /// What is right at inputs as one format holds them, and how far from it a value may lie.
 struct Right {
     double value = 0, tolerance = 0;
+    /// An infinity that is right as well: the model's pole, where an input is within rounding of
+    /// it.
+    std::optional<double> pole{};
 };
 
 /// One value of one model, beside what it should be. `family` is a heat map, `row` and `column` its
@@ -59,8 +64,8 @@ struct Finding {
     double scale = 0;     ///< errors are shown as part of this where the value is below it
     std::string limit{};  ///< what the tolerances are made of
 
-    /// |value − right| of the worst backend; 0 where neither is finite (a pole
-    /// times an underflow is a NaN: both are refused), infinite where one is.
+    /// |value − right| of the worst backend; 0 where both are the same infinity, infinite where one
+    /// is, and of a NaN beside anything.
     std::optional<double> error_float() const;
     std::optional<double> error_double() const;
     bool passes() const;

@@ -12,15 +12,17 @@ namespace kiln::stability {
 
 namespace {
 
-double error_of(double value, double right) {
-    if (value == right || (!std::isfinite(value) && !std::isfinite(right))) return 0;
-    const double error = std::abs(value - right);
+double error_of(double value, const Right& right) {
+    if (value == right.value || value == right.pole) return 0;
+    const double error = std::abs(value - right.value);
     return std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
 }
 
+/// No tolerance is wide enough for what is no number.
 double strain_of(std::optional<double> error, double tolerance) {
-    if (!error || *error == 0 || std::isinf(tolerance)) return 0;
-    return *error / tolerance;
+    if (!error || *error == 0) return 0;
+    const bool numbers = std::isfinite(*error) && std::isfinite(tolerance);
+    return numbers ? *error / tolerance : std::numeric_limits<double>::infinity();
 }
 
 std::size_t padded(std::size_t places) { return (places + kLanesMax - 1) / kLanesMax * kLanesMax; }
@@ -42,14 +44,14 @@ std::vector<Scalar> texels_of(std::span<const Place> places) {
 std::optional<double> Finding::error_float() const {
     std::optional<double> worst;
     for (const Arithmetic a : {kNativeFloat, kOpenClFloat})
-        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_float.value));
+        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_float));
     return worst;
 }
 
 std::optional<double> Finding::error_double() const {
     std::optional<double> worst;
     for (const Arithmetic a : {kNativeDouble, kOpenClDouble})
-        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_double.value));
+        if (values[a]) worst = std::max(worst.value_or(0), error_of(*values[a], in_double));
     return worst;
 }
 

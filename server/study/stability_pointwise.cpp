@@ -45,16 +45,18 @@ class Judge {
         const long double value = wide_term(material_, term_, at_);
         value_ = value;
         spread_ = 0;
+        pole_.reset();
         vary(at_.NoV, p_.NoV_units, !p_.rounds_one);
         vary(at_.alpha, kInputUnits);
         // The azimuth's cosine is exact in all points of this study.
         for (std::size_t i = 1; i < kPointScalars; ++i) vary(at_.point[i], kInputUnits);
         for (long double& number : at_.parameters) vary(number, kParameterUnits);
         const double there = held(static_cast<double>(value));
-        if (std::isinf(there)) return {there, 0};
+        if (std::isinf(there)) return {there, 0, {}};
         const double size = std::max(std::abs(there), scale);
         const double own = p_.forward_units * format_.unit * size;
-        return {there, own + static_cast<double>(spread_) + kUnderflow[format_.single ? 0 : 1]};
+        const double underflow = kUnderflow[format_.single ? 0 : 1];
+        return {there, own + static_cast<double>(spread_) + underflow, pole_};
     }
 
   private:
@@ -64,8 +66,8 @@ class Judge {
         return beyond ? std::copysign(std::numeric_limits<double>::infinity(), value) : value;
     }
 
-    /// The value's greatest change as one input moves. 0 is exact, and so is a cosine of 1 but
-    /// where it is a product.
+    /// The value's greatest change as one input moves, and the pole that it meets. 0 is exact, and
+    /// so is a cosine of 1 but where it is a product: then it may be less, and never more.
     void vary(long double& input, double units, bool one_is_exact = true) {
         const long double given = input;
         if (given == 0) return;
@@ -73,15 +75,18 @@ class Judge {
         const auto tell = [&](long double moved) {
             input = moved;
             const long double there = wide_term(material_, term_, at_);
-            if (!std::isnan(there) && there != value_)
+            if (std::isinf(there))
+                pole_ = static_cast<double>(there);
+            else if (!std::isnan(there))
                 most = std::max(most, std::abs(there - value_));
             input = given;
         };
-        const long double step = units * format_.unit;
-        if (std::abs(given) != 1 || !one_is_exact) {
-            tell(given * (1 - step));
-            tell(given * (1 + step));
-        }
+        // Of a subnormal number the last place is wider.
+        const long double unit =
+            std::max<long double>(format_.unit, format_.half_least / std::abs(given));
+        const bool is_one = std::abs(given) == 1;
+        if (!is_one || !one_is_exact) tell(given * (1 - units * unit));
+        if (!is_one) tell(given * (1 + units * unit));
         // Where its square is no normal number, it may count as 0.
         if (std::abs(given) < format_.tiny) tell(0);
         spread_ += most;
@@ -93,6 +98,7 @@ class Judge {
     std::size_t term_ = 0;
     WideInputs at_;
     long double value_ = 0, spread_ = 0;
+    std::optional<double> pole_;
 };
 
 }  // namespace

@@ -18,6 +18,9 @@ struct Verdict {
     bool expected = true;
     std::optional<double> value, bound;
     std::string words;  ///< one sentence, with the place of the value
+
+    /// For people.
+    const char* answer() const { return holds ? "yes" : expected ? "no" : "known"; }
 };
 
 /// A number, a word, or nothing: there is no such figure.

@@ -3,11 +3,13 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 
 #include "server/base/error.h"
 #include "server/spec/words.h"
+#include "server/study/stability.h"
 #include "server/study/studies.h"
 
 // The stability study on every backend of this machine, and values that it does not know of.
@@ -172,12 +174,78 @@ void values_from_elsewhere_agree() {
     }
 }
 
+/// Nothing that is no number passes, and no tolerance would let it.
+void numbers_alone_are_within_tolerance() {
+    for (const auto& row : studied().study.table.rows) {
+        const std::string where = row[column("model")].word + ", " + row[column("input")].word;
+        for (const char* name : {"native_float", "opencl_float", "native_double", "opencl_double"})
+            EXPECT_FALSE(std::isnan(row[column(name)].number.value_or(0))) << where;
+        for (const char* name : {"tolerance_float", "tolerance_double"})
+            EXPECT_TRUE(std::isfinite(*row[column(name)].number)) << where;
+    }
+}
+
+/// VoH there is 1 or some units less, which hardly moves F: 32 units of the last place are for its
+/// own steps, and few more for what it reads. But Schlick's exponent of 1e-3 has an endless slope,
+/// and at an ior of 1e-4 total reflection begins 5e-9 below, within the rounding of a float.
+void normal_incidence_is_held_tightly() {
+    constexpr double kUnits = 40;
+    for (const stability::FresnelRow& known : stability::fresnel_rows()) {
+        const auto* row = row_of(known.name, "F", 1, 0);
+        ASSERT_NE(row, nullptr) << known.name;
+        const bool steep = known.name == "schlick, exponent 0.001";
+        const bool total = known.name == "dielectric, 1e-4";
+        EXPECT_EQ(*(*row)[column("tolerance_float")].number < kUnits * 0x1p-24, !steep && !total)
+            << known.name;
+        EXPECT_EQ(*(*row)[column("tolerance_double")].number < kUnits * 0x1p-53, !steep)
+            << known.name;
+    }
+}
+
 // One test, since each is a process of its own and the study is what takes its time.
 TEST(Stability, HoldsOnEveryBackend) {
     every_expected_verdict_holds();
     it_says_which_models_rightly_misbehave();
     every_model_of_the_contract_has_a_verdict();
     values_from_elsewhere_agree();
+    numbers_alone_are_within_tolerance();
+    normal_incidence_is_held_tightly();
+}
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// A value beside what is right, in all arithmetics and in one.
+bool passes(double value, stability::Right right) {
+    stability::Finding finding{};
+    finding.in_float = finding.in_double = right;
+    finding.values.fill(value);
+    const bool passes = finding.passes();
+    EXPECT_EQ(passes, finding.strain() <= 1);
+    for (std::size_t a = 0; a < stability::kArithmetics; ++a) {
+        finding.values.fill(right.value);
+        finding.values[a] = value;
+        EXPECT_EQ(finding.passes(), passes) << a;
+    }
+    return passes;
+}
+
+/// A NaN fails beside everything; an infinity passes beside the same one alone, which is what is
+/// right or a pole that the inputs cannot be told from.
+TEST(Stability, NoToleranceIsWideEnoughForWhatIsNoNumber) {
+    const double nan = std::nan("");
+    for (const double tolerance : {0.0, 1e-25, 1e300, kInfinite, nan}) {
+        for (const double right : {0.0, 5e-38, kInfinite, -kInfinite})
+            EXPECT_FALSE(passes(nan, {right, tolerance, kInfinite})) << right << ' ' << tolerance;
+        EXPECT_FALSE(passes(kInfinite, {5e-38, tolerance})) << tolerance;
+        EXPECT_FALSE(passes(kInfinite, {-kInfinite, tolerance})) << tolerance;
+        EXPECT_FALSE(passes(1, {kInfinite, tolerance})) << tolerance;
+        EXPECT_FALSE(passes(-kInfinite, {5e-38, tolerance, kInfinite})) << tolerance;
+        EXPECT_TRUE(passes(kInfinite, {kInfinite, tolerance})) << tolerance;
+        EXPECT_TRUE(passes(kInfinite, {5e-38, tolerance, kInfinite})) << tolerance;
+    }
+    EXPECT_FALSE(passes(2, {1, 0.5, kInfinite}));
+    EXPECT_FALSE(passes(2, {1, kInfinite}));
+    EXPECT_TRUE(passes(1.25, {1, 0.5}));
 }
 
 /// A caller who wants out is heard, and one who listens is told.
