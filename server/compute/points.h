@@ -37,15 +37,16 @@ enum class PointKind {
     beckmann_normals,
     cosine,
     uniform,
-    cosine_diffuse,  ///< as cosine, from a set of its own: independent of the specular lobe's
-    visible_lights,  ///< visible normals that mirror the view above the horizon
-    log_tangents,    ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
-    log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
-    facet_walk,             ///< five facets on a walk, from a set of its own
+    cosine_diffuse,   ///< as cosine, from a set of its own: independent of the specular lobe's
+    visible_lights,   ///< visible normals that mirror the view above the horizon
+    log_tangents,     ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
+    horizon_normals,  ///< normals towards the view's horizon, NoV dense towards 0: averages of it
+    facet_walk,       ///< five facets on a walk, from a set of its own
 };
-/// The importances by which the kernels know log tangents and visible lights; no job spells them.
+/// The importances by which the kernels know what no job spells.
 inline constexpr int kLogTangents = KILN_IMPORTANCE_COUNT;
 inline constexpr int kVisibleLights = KILN_IMPORTANCE_COUNT + 1;
+inline constexpr int kHorizonNormals = KILN_IMPORTANCE_COUNT + 2;
 
 /// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);

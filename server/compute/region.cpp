@@ -14,10 +14,11 @@ constexpr std::size_t kPlacesATask = 1024;
 constexpr int kDeficitTerms = 1 << kWeight | 1 << kDeficit;
 constexpr int kSpecularTerms = kDeficitTerms | 1 << kSchlick | 7 << kColour;
 
-/// Log-uniform tangents cost about a second draw, so they are for averages and for those who ask
-/// for the deficit: of E, A and B, whose errors they hardly change (an rms of 9.5e-4 falls to
-/// 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error (rare_events.h).
-bool knows_log_tangents(const KernelMaterial& what) {
+/// A draw for the deficit alone costs as much as the first, so it is for averages, which need no
+/// other, and for those who ask for it: of E, A and B, whose errors they hardly change (an rms
+/// of 9.5e-4 falls to 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error
+/// (rare_events.h).
+bool draws_deficit_apart(const KernelMaterial& what) {
     // The mirror's value is one number a place: averages have it for the deficit alone.
     const int known = what.averaged ? kDeficitTerms : kSpecularTerms;
     return (what.averaged || what.terms & 1 << kDeficit) && (what.terms & ~known) == 0 &&
@@ -26,11 +27,11 @@ bool knows_log_tangents(const KernelMaterial& what) {
            static_cast<Importance>(what.importance) == Importance::vndf;
 }
 
-bool takes_log_tangents(const Pass& pass, std::size_t place) {
+bool takes_deficit_apart(const Pass& pass, std::size_t place) {
     const KernelMaterial& what = pass.what.material;
     const double alpha = pass.places.alpha(place);
-    return better_by_log_tangents(alpha, expected_deficit(what, pass.places.NoV(place), alpha),
-                                  what.averaged != 0);
+    return better_apart(alpha, expected_deficit(what, pass.places.NoV(place), alpha),
+                        what.averaged != 0);
 }
 
 /// Visible lights cost nearly twice what visible normals do. At 256 points a replicate their error
@@ -63,19 +64,19 @@ Draw visible_lights(Specialisation what) {
     return {what, PointKind::visible_lights};
 }
 
-/// The kernel of a pass for what log-uniform tangents do not have; with E, which puts it right.
-Specialisation beside_log_tangents(Specialisation what) {
+/// The kernel of a pass for what the deficit's own draw does not have; with E, which puts it right.
+Specialisation beside_deficit(Specialisation what) {
     what.material.terms |= 1 << kWeight;
     return what;
 }
 
 }  // namespace
 
-Specialisation log_tangent_kernel(const Specialisation& what) {
+Specialisation deficit_kernel(const Specialisation& what) {
     Specialisation kernel;
     kernel.precision = what.precision;
     kernel.material.masking = what.material.masking;
-    kernel.material.importance = kLogTangents;
+    kernel.material.importance = what.material.averaged ? kHorizonNormals : kLogTangents;
     kernel.material.averaged = what.material.averaged;
     kernel.material.terms = 1 << kDeficit;
     return kernel;
@@ -87,11 +88,11 @@ std::vector<Region> regions_of(const Pass& pass, std::int64_t sample_count, Thre
     const bool lights = knows_visible_lights(pass.what.material, sample_count);
     const std::size_t count = pass.places.count();
     std::vector<char> is_rare(count);
-    if (knows_log_tangents(pass.what.material)) {
+    if (draws_deficit_apart(pass.what.material)) {
         pool.parallel_for((count + kPlacesATask - 1) / kPlacesATask, [&](std::size_t task) {
             const std::size_t end = std::min((task + 1) * kPlacesATask, count);
             for (std::size_t place = task * kPlacesATask; place < end; ++place)
-                is_rare[place] = takes_log_tangents(pass, place);
+                is_rare[place] = takes_deficit_apart(pass, place);
         });
     }
     for (std::size_t place = 0; place < count; ++place)
@@ -103,11 +104,11 @@ std::vector<Region> regions_of(const Pass& pass, std::int64_t sample_count, Thre
     if (!rare.places.empty()) {
         if (pass.what.material.terms & ~kDeficitTerms) {
             rare.draws = usual.draws;
-            rare.draws[0].what = beside_log_tangents(pass.what);
+            rare.draws[0].what = beside_deficit(pass.what);
         }
-        const Specialisation kernel = log_tangent_kernel(pass.what);
+        const Specialisation kernel = deficit_kernel(pass.what);
         rare.draws.push_back({kernel, point_kind(kernel.material)});
-        rare.log_tangents = true;
+        rare.deficit_apart = true;
         regions.push_back(std::move(rare));
     }
     if (!low.places.empty()) {
@@ -126,12 +127,12 @@ std::vector<Specialisation> kernels_of(const Pass& pass, std::int64_t sample_cou
                 kernels.push_back(visible_lights(pass.what).what);
                 break;
             }
-    if (!knows_log_tangents(pass.what.material)) return kernels;
+    if (!draws_deficit_apart(pass.what.material)) return kernels;
     for (std::size_t place = 0; place < pass.places.count(); ++place)
-        if (takes_log_tangents(pass, place)) {
+        if (takes_deficit_apart(pass, place)) {
             if (pass.what.material.terms & ~kDeficitTerms)
-                kernels.push_back(beside_log_tangents(pass.what));
-            kernels.push_back(log_tangent_kernel(pass.what));
+                kernels.push_back(beside_deficit(pass.what));
+            kernels.push_back(deficit_kernel(pass.what));
             break;
         }
     return kernels;
