@@ -38,7 +38,7 @@ typedef struct {
     HalfVector h[KILN_SLOTS];
     Light light[KILN_SLOTS];
     real one_minus_VoH[KILN_SLOTS];
-    real NoH[KILN_SLOTS], weight[KILN_SLOTS];  // of visible lights, whose points do not bring them
+    real NoH[KILN_SLOTS], weight[KILN_SLOTS];  // where the points do not bring them
 } Flight;
 
 KILN_FUNCTION void take_half_vector(const Integrand what, const int averaged, const View texel,
@@ -47,13 +47,18 @@ KILN_FUNCTION void take_half_vector(const Integrand what, const int averaged, co
     if (averaged)  // E_avg = ∫ E(√u) du: the view is part of the sample
         flight->view[KILN_SLOT(i)] = ggx_view(lanes(point[KILN_POINT_SCALARS - 1]), texel.alpha);
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
-    if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
+    if (what.importance < KILN_IMPORTANCE_HORIZON_NORMALS) {
+        flight->h[KILN_SLOT(i)] = sample_half_vector(what, view, point);
+    } else if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
         const VisibleLight sample = sample_visible_light(view, point);
         flight->h[KILN_SLOT(i)] = sample.h;
         flight->NoH[KILN_SLOT(i)] = sample.NoH;
         flight->weight[KILN_SLOT(i)] = sample.weight;
-    } else
-        flight->h[KILN_SLOT(i)] = sample_half_vector(what, view, point);
+    } else {
+        const HorizonNormal sample = sample_horizon_normal(view, point);
+        flight->h[KILN_SLOT(i)] = sample.h;
+        flight->weight[KILN_SLOT(i)] = sample.inverse_NoH;
+    }
 }
 
 KILN_FUNCTION void take_light(const Integrand what, const int averaged, const View texel,
@@ -74,7 +79,7 @@ KILN_FUNCTION Terms add_sample(const Integrand what, const int averaged, const V
     real one_minus_VoH = lanes(K(0.0));
     if (what.terms & KILN_TERM_FRESNEL) one_minus_VoH = flight->one_minus_VoH[KILN_SLOT(i)];
     real c = lanes(points[KILN_POINT_SCALARS * i + 2]);
-    if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) c = flight->weight[KILN_SLOT(i)];
+    if (what.importance >= KILN_IMPORTANCE_HORIZON_NORMALS) c = flight->weight[KILN_SLOT(i)];
     const Terms terms =
         weigh(what, view, flight->h[KILN_SLOT(i)], flight->light[KILN_SLOT(i)], one_minus_VoH, c);
     sum.weight += terms.weight;

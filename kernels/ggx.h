@@ -88,8 +88,8 @@ KILN_FUNCTION HalfVector ggx_sample_ndf(View view, KILN_GLOBAL const scalar* poi
 }
 
 // The density of visible normals over that of all normals, G1(V) (V·h)⁺ / (NoV NoH). Its mean over
-// all normals is 1. inverse_NoH comes with the point of ggx_sample_ndf; log-uniform tangents bring
-// it times the density of all normals over their own.
+// all normals is 1. inverse_NoH comes with the point of ggx_sample_ndf; log-uniform tangents and
+// horizon normals bring it times the density of all normals over their own.
 KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, real inverse_NoH) {
     return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH * view.inverse_cap, lanes(K(0.0)));
 }

@@ -8,10 +8,12 @@
 #define KILN_TERM_DEFICIT 4  // its mean is 1 − E, summed as such since E → 1 at low roughness
 
 // No words of their own: the deficit alone, see weigh(); visible normals above the horizon,
-// visible_lights.h; these on both sides of a rim, parted_lights.h.
+// visible_lights.h; these on both sides of a rim, parted_lights.h; the deficit of averages,
+// horizon_normals.h.
 #define KILN_IMPORTANCE_LOG_TANGENTS KILN_IMPORTANCE_COUNT
-#define KILN_IMPORTANCE_VISIBLE_LIGHTS (KILN_IMPORTANCE_COUNT + 1)
-#define KILN_IMPORTANCE_PARTED_LIGHTS (KILN_IMPORTANCE_COUNT + 2)
+#define KILN_IMPORTANCE_HORIZON_NORMALS (KILN_IMPORTANCE_COUNT + 1)
+#define KILN_IMPORTANCE_VISIBLE_LIGHTS (KILN_IMPORTANCE_COUNT + 2)
+#define KILN_IMPORTANCE_PARTED_LIGHTS (KILN_IMPORTANCE_COUNT + 3)
 
 typedef struct {
     int masking, importance, terms;
@@ -40,15 +42,17 @@ KILN_FUNCTION scalar half_vector_NoH(const int importance, KILN_GLOBAL const sca
 // finite variance.
 // Log-uniform tangents: tanθ = α sinh v with v nearly uniform instead of dense at the peak. The
 // directions that lack most lie where visible normals hardly ever go as α → 0; the deficit is 1 −
-// G2/G1 times the ratio again, now with the point's own density, which `c` brings along.
+// G2/G1 times the ratio again, now with the point's own density, which `c` brings along, as it does
+// that of horizon normals.
 // Visible and parted lights: G2 / G1 times a weight of the sample's own, which `c` is.
 KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light light,
                           real one_minus_VoH, real c) {
     real NoL = light.NoL;
+    const int apart = what.importance == KILN_IMPORTANCE_LOG_TANGENTS ||
+                      what.importance == KILN_IMPORTANCE_HORIZON_NORMALS;
     // Among these many lie so far below the horizon that both divisors are 0; of parted lights
     // those that rounding moves there from a narrow span.
-    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS ||
-        what.importance == KILN_IMPORTANCE_PARTED_LIGHTS)
+    if (apart || what.importance == KILN_IMPORTANCE_PARTED_LIGHTS)
         NoL = lane_select(NoL > K(0.0), NoL, lanes(K(1.0)));
     const real above = smith_G2_over_G1(what.masking, view.vz, NoL, light.S);
     Terms terms = {lane_select(light.NoL > K(0.0), above, lanes(K(0.0))), lanes(K(0.0)),
@@ -58,8 +62,7 @@ KILN_FUNCTION Terms weigh(const Integrand what, View view, HalfVector h, Light l
         const real lacking = smith_deficit(what.masking, view.vz, NoL, light.S, excess);
         terms.deficit = lane_select(light.NoL > K(0.0), lacking, lanes(K(1.0)));
     }
-    if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
-        terms.deficit = terms.deficit * ggx_vndf_over_ndf(view, h, c);
+    if (apart) terms.deficit = terms.deficit * ggx_vndf_over_ndf(view, h, c);
     if (what.importance >= KILN_IMPORTANCE_VISIBLE_LIGHTS) terms.weight = terms.weight * c;
     if (what.importance == KILN_IMPORTANCE_NDF) {
         terms.weight = terms.weight * ggx_vndf_over_ndf(view, h, c);

@@ -74,7 +74,7 @@ Means::Means(const std::vector<Share>& shares, const Region& region) {
 std::size_t Means::index(const Combination& combination, const Region& region) {
     Mean mean{combination, 0, {}};
     Combination& c = mean.terms;
-    if (region.log_tangents) {
+    if (region.deficit_apart) {
         mean.constant = c[kWeight];  // E = 1 − D
         c[kDeficit] -= c[kWeight];
         c[kWeight] = 0;
@@ -98,7 +98,7 @@ PlaceFacts Means::facts(const Pass& pass, const Region& region, ThreadPool& pool
     if (pass.points != PointKind::visible_normals) return facts;
     for (std::size_t m = 0; m < list_.size(); ++m) {
         const bool tilted = terms_of(list_[m].mirrored) != 0;
-        if (region.log_tangents && !tilted) continue;
+        if (region.deficit_apart && !tilted) continue;
         facts.event_chances[m].resize(places.size());
         facts.event_weights[m].resize(places.size());
         if (tilted) facts.controls[m].resize(places.size());

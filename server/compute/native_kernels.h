@@ -81,10 +81,15 @@ static NativeFunction<scalar> find(const KernelMaterial& what) {
     if (what.general) return material_sums;
     if (what.importance == KILN_IMPORTANCE_LOG_TANGENTS) {
         constexpr int log_tangents = KILN_IMPORTANCE_LOG_TANGENTS, deficit = KILN_TERM_DEFICIT;
-        constexpr const NativeFunction<scalar> functions[2][2] = {
-            {group_sums<0, log_tangents, deficit, 0>, group_sums<0, log_tangents, deficit, 1>},
-            {group_sums<1, log_tangents, deficit, 0>, group_sums<1, log_tangents, deficit, 1>}};
-        return functions[what.masking][what.averaged];
+        constexpr const NativeFunction<scalar> functions[2] = {
+            group_sums<0, log_tangents, deficit, 0>, group_sums<1, log_tangents, deficit, 0>};
+        return functions[what.masking];
+    }
+    if (what.importance == KILN_IMPORTANCE_HORIZON_NORMALS) {  // averages alone
+        constexpr int horizon = KILN_IMPORTANCE_HORIZON_NORMALS, deficit = KILN_TERM_DEFICIT;
+        constexpr const NativeFunction<scalar> functions[2] = {group_sums<0, horizon, deficit, 1>,
+                                                               group_sums<1, horizon, deficit, 1>};
+        return functions[what.masking];
     }
     if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {  // weights and Schlick's term alone
         constexpr int lights = KILN_IMPORTANCE_VISIBLE_LIGHTS;

@@ -25,6 +25,7 @@ static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
 static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
               kVisibleLights == KILN_IMPORTANCE_VISIBLE_LIGHTS &&
               kPartedLights == KILN_IMPORTANCE_PARTED_LIGHTS &&
+              kHorizonNormals == KILN_IMPORTANCE_HORIZON_NORMALS &&
               kCharlieSoftened == KILN_MASKING_CHARLIE_SOFTENED);
 
 constexpr double kTwo32 = 4294967296.0;
@@ -226,15 +227,25 @@ class Generator {
 /// v = V u − ln(1 − u⁸), so that e^V covers what tan θ = α sinh v has to span and the last eighth
 /// reaches on to infinity, where the integrand falls like 1 / tan θ: no tail is cut off. The third
 /// scalar is the density of all normals over this one, over NoH: 2 sinh v / cosh² v dv / du.
-void append_log_tangent(std::vector<double>& values, double cosine, double u, double weight) {
+void append_log_tangent(std::vector<double>& values, double cosine, double u) {
     constexpr double kSpan = 16.8;  // tan θ of 10 at α = 1e-6
     const double u2 = u * u, u4 = u2 * u2;
     const double left = (1 - u) * (1 + u) * (1 + u2) * (1 + u4);
     const double e = one_lane::lane_exp(kSpan * u) / left, divisor = 1 / (e * e + 1);
     const double tanh = (e - 1) * (e + 1) * divisor, inverse_cosh = 2 * e * divisor;
     const double slope = kSpan + 8 * u4 * u2 * u / left;
+    values.insert(values.end(), {tanh * cosine, inverse_cosh, 2 * tanh * inverse_cosh * slope});
+}
+
+/// kernels/horizon_normals.h: all normals of a quarter of the even u, the wide ones of the rest.
+/// 2 NoV times the deficit is even over ln NoV, nearly, from NoV ~ α on: NoV = v⁴.
+void append_horizon_normal(std::vector<double>& values, double cosine, double u, double v) {
+    const bool own = u < 0.25;
+    const double rest = own ? 1 - 4 * u : (1 - u) / 0.75;
+    const double c = own ? std::sqrt(rest) : rest, s2 = own ? 4 * u : (1 - rest) * (1 + rest);
+    const double v3 = v * v * v, NoV = v3 * v;
     values.insert(values.end(),
-                  {tanh * cosine, inverse_cosh, 2 * tanh * inverse_cosh * slope * weight});
+                  {std::sqrt(s2) * cosine, c, 8 * NoV * v3 / c, s2, own ? 1.0 : 0.0, NoV});
 }
 
 /// One facet of a walk after the other, and NoV = √u of an average: KILN_WALK_SCALARS.
@@ -253,7 +264,7 @@ void append_walk(std::vector<double>& values, const Point& point) {
 /// which is ∫ 2 NoV dNoV uniformly.
 void append(std::vector<double>& values, PointKind kind, const Point& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
-    double NoV = std::sqrt(point[2]);
+    const double NoV = std::sqrt(point[2]);
     switch (kind) {
         case PointKind::visible_normals:
             values.insert(values.end(), {cosine, 1 / rest, u / (rest * rest), u / rest, u, NoV});
@@ -287,16 +298,10 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
                                          rest * rest * (1 + 2 * u), 0, NoV});
             return;
         case PointKind::log_tangents:
-            append_log_tangent(values, cosine, u, 1);
+            append_log_tangent(values, cosine, u);
             break;
-        case PointKind::log_tangents_averaged: {
-            // The deficit goes like NoV⁻² down to NoV ~ α: NoV = (e^(K u) − 1) / (e^K − 1).
-            constexpr double kSpan = 18;
-            const double whole = one_lane::lane_exp(kSpan) - 1;
-            NoV = (one_lane::lane_exp(kSpan * point[2]) - 1) / whole;
-            append_log_tangent(values, cosine, u, 2 * NoV * kSpan * (NoV + 1 / whole));
-            break;
-        }
+        case PointKind::horizon_normals:
+            return append_horizon_normal(values, cosine, u, point[2]);
         case PointKind::facet_walk:
             return append_walk(values, point);
     }
@@ -337,8 +342,8 @@ std::size_t point_scalars(PointKind kind) {
 }
 
 PointKind point_kind(const KernelMaterial& material) {
-    if (material.importance == kLogTangents)
-        return material.averaged ? PointKind::log_tangents_averaged : PointKind::log_tangents;
+    if (material.importance == kLogTangents) return PointKind::log_tangents;
+    if (material.importance == kHorizonNormals) return PointKind::horizon_normals;
     if (material.importance == kVisibleLights) return PointKind::visible_lights;
     if (material.importance == kPartedLights)
         return material.terms & KILN_TERMS_DIFFUSE ? PointKind::parted_lights_diffuse

@@ -42,14 +42,14 @@ enum class PointKind {
     parted_lights,   ///< the same on both sides of the rim of total reflection
     parted_lights_diffuse,  ///< transmitted lights, from the set of cosine_diffuse
     log_tangents,           ///< tan θ = α sinh v, v nearly uniform: the deficit at low roughness
-    log_tangents_averaged,  ///< the same, with NoV nearly log-uniform too
+    horizon_normals,        ///< normals towards the view's horizon: the deficit of averages
     facet_walk,             ///< five facets on a walk, from a set of its own
 };
-/// The importances by which the kernels know log tangents, visible and parted lights; no job spells
-/// them.
+/// The importances by which the kernels know what no job spells.
 inline constexpr int kLogTangents = KILN_IMPORTANCE_COUNT;
-inline constexpr int kVisibleLights = KILN_IMPORTANCE_COUNT + 1;
-inline constexpr int kPartedLights = KILN_IMPORTANCE_COUNT + 2;
+inline constexpr int kHorizonNormals = KILN_IMPORTANCE_COUNT + 1;
+inline constexpr int kVisibleLights = KILN_IMPORTANCE_COUNT + 2;
+inline constexpr int kPartedLights = KILN_IMPORTANCE_COUNT + 3;
 
 /// The kind that a specular lobe takes, or a walk over facets.
 PointKind point_kind(const KernelMaterial& material);

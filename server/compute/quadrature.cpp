@@ -201,7 +201,7 @@ std::uint64_t quadrature_evaluations(const QuadratureKind& kind, QuadratureOrder
 double quadrature_float_rounding(const QuadratureKind& kind) {
     const auto* lobe = std::get_if<LobeRule>(&kind.rule);
     const bool charlie = lobe && is_charlie_fit(lobe->masking);
-    return charlie ? 3 * kQuadratureFloatRounding : kQuadratureFloatRounding;
+    return charlie ? 3.5 * kQuadratureFloatRounding : kQuadratureFloatRounding;
 }
 
 bool integrates_deficit(const QuadratureKind& kind) {

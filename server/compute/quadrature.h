@@ -97,16 +97,20 @@ constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolera
     return std::min(quadrature_start(tolerance) + more, kQuadratureLast - 1);
 }
 /// For a view: two steps more where the first table does not hold, or two orders that agree by
-/// chance are off by 80 tolerances (NoV 1.2e-4, alpha .07). Below 1e-7 the steps there are enough.
+/// chance are off by 80 tolerances (NoV 1.2e-4, alpha .07; of Charlie under Neubelt's masking
+/// by 2.6 at 3.6e-4, 2.4e-4, where E is 24). Below 1e-7 the steps there are enough.
 constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolerance, double NoV) {
-    const bool grazing =
-        NoV < 1.9e-3 && tolerance >= 1e-7 && std::holds_alternative<SmithRule>(kind.rule);
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    const bool has_chances =
+        lobe ? lobe->distribution == static_cast<int>(Distribution::charlie) : !is_diffuse(kind);
+    const bool grazing = NoV < 1.9e-3 && tolerance >= 1e-7 && has_chances;
     return quadrature_start(kind, tolerance) + (grazing ? 2 : 0);
 }
 
 /// What float arithmetic may add to a value beyond the rule's own error, as part of max(1, E).
 inline constexpr double kQuadratureFloatRounding = 1e-6;
-/// The same of a kind: Charlie's masking is exp L, L up to 20, and half a unit of that is 1e-6.
+/// The same of a kind: Charlie's masking is exp L, L up to 20, and half a unit of that and of the
+/// quotient that it starts with are 1e-6 each: 3.5e-6 with what the others add (3.32e-6 was seen).
 double quadrature_float_rounding(const QuadratureKind& kind);
 
 struct QuadratureTolerance {
@@ -119,7 +123,7 @@ struct QuadratureResult {
     /// B is empty unless asked for. Of a diffuse lobe E is the albedo, and the deficit 0.
     std::vector<double> E, B, deficit;
     /// Difference of the last two orders, the larger of E's and B's: the error of the lower one,
-    /// and a bound on that of the value. In float, rounding adds at most kQuadratureFloatRounding.
+    /// and a bound on that of the value. In float, quadrature_float_rounding comes on top.
     std::vector<float> error;
     std::vector<float> deficit_error;  ///< the same, relative
     std::vector<std::uint8_t> step;    ///< in kQuadratureSteps, of the order that gave the value

@@ -18,10 +18,11 @@ constexpr std::size_t kPlacesATask = 1024;
 constexpr int kDeficitTerms = 1 << kWeight | 1 << kDeficit;
 constexpr int kSpecularTerms = kDeficitTerms | 1 << kSchlick | 7 << kColour;
 
-/// Log-uniform tangents cost about a second draw, so they are for averages and for those who ask
-/// for the deficit: of E, A and B, whose errors they hardly change (an rms of 9.5e-4 falls to
-/// 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error (rare_events.h).
-bool knows_log_tangents(const KernelMaterial& what) {
+/// A draw for the deficit alone costs as much as the first, so it is for averages, which need no
+/// other, and for those who ask for it: of E, A and B, whose errors they hardly change (an rms
+/// of 9.5e-4 falls to 9.1e-4 over a split sum), the missed share of 1 − E is in the standard error
+/// (rare_events.h).
+bool draws_deficit_apart(const KernelMaterial& what) {
     // The mirror's value is one number a place: averages have it for the deficit alone.
     const int known = what.averaged ? kDeficitTerms : kSpecularTerms;
     return (what.averaged || what.terms & 1 << kDeficit) && (what.terms & ~known) == 0 &&
@@ -30,11 +31,11 @@ bool knows_log_tangents(const KernelMaterial& what) {
            static_cast<Importance>(what.importance) == Importance::vndf;
 }
 
-bool takes_log_tangents(const Pass& pass, std::size_t place) {
+bool takes_deficit_apart(const Pass& pass, std::size_t place) {
     const KernelMaterial& what = pass.what.material;
     const double alpha = pass.places.alpha(place);
-    return better_by_log_tangents(alpha, expected_deficit(what, pass.places.NoV(place), alpha),
-                                  what.averaged != 0);
+    return better_apart(alpha, expected_deficit(what, pass.places.NoV(place), alpha),
+                        what.averaged != 0);
 }
 
 /// Visible lights cost nearly twice what visible normals do. At 256 points a replicate their error
@@ -104,8 +105,8 @@ Draw parted_lights(const Pass& pass, int terms) {
     return {what, point_kind(what.material)};
 }
 
-/// The kernel of a pass for what log-uniform tangents do not have; with E, which puts it right.
-Specialisation beside_log_tangents(Specialisation what) {
+/// The kernel of a pass for what the deficit's own draw does not have; with E, which puts it right.
+Specialisation beside_deficit(Specialisation what) {
     what.material.terms |= 1 << kWeight;
     return what;
 }
@@ -122,7 +123,7 @@ Specialisation without(Specialisation what, int terms) {
 }
 
 /// How a place is sampled: a set of these.
-enum Way : unsigned { kByPartedLights = 1, kByVisibleLights = 2, kByLogTangents = 4, kWays = 8 };
+enum Way : unsigned { kByPartedLights = 1, kByVisibleLights = 2, kByDeficitApart = 4, kWays = 8 };
 
 /// The ways that a pass knows, and which of them its places take.
 class Ways {
@@ -132,18 +133,18 @@ class Ways {
           sample_count_(sample_count),
           parted_terms_(terms_with_rim(pass, sample_count)),
           visible_lights_(knows_visible_lights(pass.what.material, sample_count)),
-          log_tangents_(knows_log_tangents(pass.what.material)) {}
+          deficit_apart_(draws_deficit_apart(pass.what.material)) {}
 
     /// Of all places together.
     unsigned count() const {
-        return (parted_terms_ ? 2 : 1) * (1U + visible_lights_ + log_tangents_);
+        return (parted_terms_ ? 2 : 1) * (1U + visible_lights_ + deficit_apart_);
     }
 
     unsigned of(std::size_t place) const {
         unsigned ways = 0;
         if (parted_terms_ && takes_parted_lights(pass_, place)) ways = kByPartedLights;
         if (!other_terms(ways)) return ways;
-        if (log_tangents_ && takes_log_tangents(pass_, place)) return ways | kByLogTangents;
+        if (deficit_apart_ && takes_deficit_apart(pass_, place)) return ways | kByDeficitApart;
         if (visible_lights_ && takes_visible_lights(pass_, place, sample_count_))
             return ways | kByVisibleLights;
         return ways;
@@ -151,17 +152,17 @@ class Ways {
 
     Region region(unsigned ways) const {
         Region region;
-        region.log_tangents = ways & kByLogTangents;
+        region.deficit_apart = ways & kByDeficitApart;
         region.parted_terms = pass_.what.material.terms & ~other_terms(ways);
         const Specialisation what = without(pass_.what, region.parted_terms);
         const Draw others = ways & kByVisibleLights ? visible_lights(what)
-                            : region.log_tangents   ? Draw{beside_log_tangents(what), pass_.points}
+                            : region.deficit_apart  ? Draw{beside_deficit(what), pass_.points}
                                                     : Draw{what, pass_.points};
-        if (what.material.terms & ~(region.log_tangents ? kDeficitTerms : 0))
+        if (what.material.terms & ~(region.deficit_apart ? kDeficitTerms : 0))
             region.draws.push_back(others);
         if (region.parted_terms) region.draws.push_back(parted_lights(pass_, region.parted_terms));
-        if (region.log_tangents) {
-            const Specialisation kernel = log_tangent_kernel(pass_.what);
+        if (region.deficit_apart) {
+            const Specialisation kernel = deficit_kernel(pass_.what);
             region.draws.push_back({kernel, point_kind(kernel.material)});
         }
         return region;
@@ -175,16 +176,16 @@ class Ways {
     const Pass& pass_;
     std::int64_t sample_count_;
     int parted_terms_;
-    bool visible_lights_, log_tangents_;
+    bool visible_lights_, deficit_apart_;
 };
 
 }  // namespace
 
-Specialisation log_tangent_kernel(const Specialisation& what) {
+Specialisation deficit_kernel(const Specialisation& what) {
     Specialisation kernel;
     kernel.precision = what.precision;
     kernel.material.masking = what.material.masking;
-    kernel.material.importance = kLogTangents;
+    kernel.material.importance = what.material.averaged ? kHorizonNormals : kLogTangents;
     kernel.material.averaged = what.material.averaged;
     kernel.material.terms = 1 << kDeficit;
     return kernel;

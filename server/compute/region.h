@@ -21,22 +21,22 @@ struct Draw {
 struct Region {
     std::vector<std::uint32_t> places;  ///< rising
     std::vector<Draw> draws;
-    /// 1 − E comes from log-uniform tangents, the last draw, and all else is put right by it
-    /// (estimate.h).
-    bool log_tangents = false;
+    /// 1 − E comes from a draw of its own, the last, and all else is put right by it (estimate.h).
+    bool deficit_apart = false;
     /// Those that parted lights draw (kernels/parted_lights.h).
     int parted_terms = 0;
 };
 
 /// Every place of a pass, once. Where 1 − E is small, visible normals hardly ever meet what carries
-/// it; there it is drawn by log-uniform tangents. At low roughness many samples of E, A and
-/// B are drawn above the horizon alone. A pass without such places has one region.
+/// it; there it is drawn by log-uniform tangents, of averages by horizon normals. At low roughness
+/// many samples of E, A and B are drawn above the horizon alone. A pass without such places has one
+/// region.
 std::vector<Region> regions_of(const Pass& pass, std::int64_t sample_count, ThreadPool& pool);
 
 /// The kernels of a pass, the one of its terms first.
 std::vector<Specialisation> kernels_of(const Pass& pass, std::int64_t sample_count);
-/// The kernel that has the deficit by log-uniform tangents.
-Specialisation log_tangent_kernel(const Specialisation& what);
+/// The kernel that draws the deficit alone.
+Specialisation deficit_kernel(const Specialisation& what);
 
 /// Where the sums of each term lie: of batch b at data[term] + b · step[term].
 template <typename Scalar>

@@ -121,7 +121,7 @@ std::uint64_t texels_drawn_twice(const JobSpec& job) {
         for (std::int64_t x = 0; x < job.resolution[0]; ++x) {
             const double NoV = axis_value(job.axes[0], x, job.resolution[0]);
             const double expected = expected_deficit(job.masking, NoV, alpha);
-            count += better_by_log_tangents(alpha, expected, false) ? 1 : 0;
+            count += better_apart(alpha, expected, false) ? 1 : 0;
         }
     }
     return count;

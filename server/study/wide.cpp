@@ -42,6 +42,7 @@ inline real lane_erfcx_deficit(real a) {
 #include "kernels/smith.h"
 #include "kernels/ggx.h"
 #include "kernels/visible_lights.h"
+#include "kernels/horizon_normals.h"
 #include "kernels/integrand.h"
 #include "kernels/batch.h"
 #include "kernels/charlie.h"

@@ -163,14 +163,14 @@ KernelMaterial any_material(Draw& draw) {
     what.terms = 7;
     what.averaged = static_cast<int>(draw.below(2));
     if (draw.below(4) == 0) {
-        what.importance = kLogTangents;
+        what.importance = what.averaged ? kHorizonNormals : kLogTangents;
         what.terms = 1 << kDeficit;
     } else if (draw.below(4) == 0) {
         what.importance = kVisibleLights;
         what.averaged = 0;
         what.terms = 3;
     }
-    if (what.importance != kLogTangents && draw.below(2) == 0) {
+    if (what.terms != 1 << kDeficit && draw.below(2) == 0) {
         what.general = 1;
         what.terms |= 7 << kColour;
     }
@@ -219,9 +219,8 @@ void check_launch(Backend& backend, Draw& draw) {
                 const double mean = static_cast<double>(sums[row * kPlaces + i]) /
                                     static_cast<double>(batch.point_count);
                 if (mean >= range.lo - 2e-6 && mean <= range.hi + 2e-6) continue;
-                // A mean by log-uniform tangents of two points may be any weight that is not
-                // negative.
-                if (what.importance == kLogTangents && mean > 0 && std::isfinite(mean)) continue;
+                // A mean of two draws for the deficit alone may be any weight that is not negative.
+                if (what.terms == 1 << kDeficit && mean > 0 && std::isfinite(mean)) continue;
                 ADD_FAILURE() << mean << " of term " << term << " at NoV " << texels[i] << " alpha "
                               << texels[kPlaces + i] << ", masking " << what.masking
                               << ", importance " << what.importance << ", averaged "

@@ -45,6 +45,10 @@ Stiff stiff_places(double NoV_least = 0, double alpha_least = 0) {
     return places;
 }
 
+bool draws_deficit_alone(int importance) {
+    return importance == kLogTangents || importance == kHorizonNormals;
+}
+
 /// Where the lobe has a value: D itself, which cosine and uniform importance read, is infinite at
 /// alpha = 0, and so are Charlie's maskings at NoV = 0. Of the divergence the flags are right.
 /// Logarithms of tangents are of alpha > 0, parted lights of 1e-4 and more.
@@ -52,7 +56,7 @@ Stiff stiff_places(const KernelMaterial& what) {
     const bool specular = (what.terms & (7 | 7 << kColour)) != 0;
     const bool positive = what.importance == static_cast<int>(Importance::cosine) ||
                           what.importance == static_cast<int>(Importance::uniform) ||
-                          what.importance == kLogTangents;
+                          draws_deficit_alone(what.importance);
     if (specular && what.importance == kPartedLights) return stiff_places(0, 1e-4);
     return stiff_places(is_charlie_fit(what.masking) ? 1e-6 : 0, specular && positive ? 1e-6 : 0);
 }
@@ -143,15 +147,16 @@ TEST_F(Traps, N20SpecularLobes) {
 // GGX under Smith, whose kernels are their own, and the samplers that no job names.
 TEST_F(Traps, N20FastLobes) {
     for (const int masking : {0, 1})
-        for (const int importance : {0, 1, kLogTangents, kVisibleLights})
+        for (const int importance : {0, 1, kLogTangents, kVisibleLights, kHorizonNormals})
             for (const int averaged : {0, 1}) {
                 KernelMaterial what;
                 what.masking = masking;
                 what.importance = importance;
                 what.averaged = averaged;
                 what.terms = importance == kVisibleLights ? 3 : 7;
-                if (importance == kLogTangents) what.terms = 1 << kDeficit;
-                if (importance == kVisibleLights && averaged) continue;
+                if (draws_deficit_alone(importance)) what.terms = 1 << kDeficit;
+                if (importance >= kLogTangents && averaged != (importance == kHorizonNormals))
+                    continue;
                 hold(what, {}, name_of(what));
             }
 }

@@ -147,20 +147,20 @@ Subject log_tangent_normals(double wrong) {
             }};
 }
 
-/// The view of an average beside them, log-uniform from e^-18: t = ln(1 + NoV (e^18 − 1)) / 18.
-Subject log_views(double wrong) {
-    const double whole = std::expm1(18.);
+/// Horizon normals at one α, and as t the fourth root of the NoV that their points bring: the
+/// chance of a tangent beyond their own, by the density of both halves, is even over the azimuths.
+Subject horizon_normals(double alpha, double wrong) {
     const auto place = [=](const double* point) {
-        return Place{std::log1p(point[kiln::kPointScalars - 1] * whole) / 18, std::numbers::pi / 2};
+        const double NoV = point[5], tangent = std::tan(std::asin(NoV) / 2);
+        const auto sample =
+            in_double::sample_horizon_normal(in_double::ggx_view(NoV, alpha), point);
+        const double t2 = sample.h.hh / (point[1] * point[1]) - 1;
+        const double beta = std::hypot(tangent, alpha) * wrong;
+        const double own = alpha * alpha / (alpha * alpha + t2),
+                     wide = beta / std::sqrt(beta * beta + t2);
+        return Place{std::pow(NoV, 0.25), (own + 3 * wide) / 4 * std::numbers::pi};
     };
-    return {PointKind::log_tangents_averaged, place, [=](double t, double phi) {
-                // All in the columns of the middle.
-                const int column = static_cast<int>(phi / std::numbers::pi * kAzimuth);
-                const double power = 4 * (wrong - 1);
-                return column == kAzimuth / 2
-                           ? (1 + power) * std::pow(t, power) * kAzimuth / std::numbers::pi
-                           : 0;
-            }};
+    return {PointKind::horizon_normals, place, [](double, double) { return 1 / std::numbers::pi; }};
 }
 
 /// The light about a walk's facet, an even disc: √(1 − v sin² ψ) ∓ √v cos ψ, halved. t = 1 − √(1 −
@@ -203,7 +203,7 @@ std::vector<Subject> subjects(double wrong) {
         }));
     }
     all.push_back(log_tangent_normals(wrong));
-    all.push_back(log_views(wrong));
+    for (const double alpha : {0.001, 0.1}) all.push_back(horizon_normals(alpha, wrong));
     all.push_back(facet_lights(wrong));
     return all;
 }
