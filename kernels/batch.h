@@ -41,8 +41,8 @@ typedef struct {
     real NoH[KILN_SLOTS], weight[KILN_SLOTS];  // where the points do not bring them
 } Flight;
 
-KILN_FUNCTION void take_half_vector(const Integrand what, const int averaged, const View texel,
-                                    Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
+KILN_INLINED void take_half_vector(const Integrand what, const int averaged, const View texel,
+                                   Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
     KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
     if (averaged)  // E_avg = ∫ E(√u) du: the view is part of the sample
         flight->view[KILN_SLOT(i)] = ggx_view(lanes(point[KILN_POINT_SCALARS - 1]), texel.alpha);
@@ -61,8 +61,8 @@ KILN_FUNCTION void take_half_vector(const Integrand what, const int averaged, co
     }
 }
 
-KILN_FUNCTION void take_light(const Integrand what, const int averaged, const View texel,
-                              Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
+KILN_INLINED void take_light(const Integrand what, const int averaged, const View texel,
+                             Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
     const HalfVector h = flight->h[KILN_SLOT(i)];
     real NoH = lanes(half_vector_NoH(what.importance, points + KILN_POINT_SCALARS * i));
@@ -72,9 +72,9 @@ KILN_FUNCTION void take_light(const Integrand what, const int averaged, const Vi
         flight->one_minus_VoH[KILN_SLOT(i)] = ggx_one_minus_VoH(view, h);
 }
 
-KILN_FUNCTION Terms add_sample(const Integrand what, const int averaged, const View texel,
-                               const Flight* flight, KILN_GLOBAL const scalar* points, const int i,
-                               Terms sum) {
+KILN_INLINED Terms add_sample(const Integrand what, const int averaged, const View texel,
+                              const Flight* flight, KILN_GLOBAL const scalar* points, const int i,
+                              Terms sum) {
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
     real one_minus_VoH = lanes(K(0.0));
     if (what.terms & KILN_TERM_FRESNEL) one_minus_VoH = flight->one_minus_VoH[KILN_SLOT(i)];
@@ -89,8 +89,8 @@ KILN_FUNCTION Terms add_sample(const Integrand what, const int averaged, const V
 }
 
 // The sum over at most KILN_SUM_POINTS points: filled, streaming, drained.
-KILN_FUNCTION Terms stretch_sum(const Integrand what, const int averaged, const View texel,
-                                Flight* flight, KILN_GLOBAL const scalar* points, const int count) {
+KILN_INLINED Terms stretch_sum(const Integrand what, const int averaged, const View texel,
+                               Flight* flight, KILN_GLOBAL const scalar* points, const int count) {
     Terms sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     int i = 0;
     for (; i < 2 * KILN_AHEAD; ++i) {
@@ -111,8 +111,8 @@ KILN_FUNCTION Terms stretch_sum(const Integrand what, const int averaged, const 
     return sum;
 }
 
-KILN_FUNCTION Terms batch_sum(const Integrand what, const int averaged, const View texel,
-                              KILN_GLOBAL const scalar* points, const unsigned int point_count) {
+KILN_INLINED Terms batch_sum(const Integrand what, const int averaged, const View texel,
+                             KILN_GLOBAL const scalar* points, const unsigned int point_count) {
     Terms all = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     Flight flight;
     for (unsigned int first = 0; first < point_count; first += KILN_SUM_POINTS) {

@@ -15,6 +15,8 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 #define KILN_FUNCTION static inline
+// For what would go through memory if it were called: wide vectors by address.
+#define KILN_INLINED __attribute__((always_inline)) static inline
 #define KILN_CALLED static inline
 #define KILN_GLOBAL __global
 #define KILN_ROLLED _Pragma("unroll 1")
@@ -65,6 +67,7 @@ KILN_FUNCTION real lane_gather(__global const scalar* table, real index) {
        // bits
 
 #define KILN_FUNCTION __attribute__((always_inline)) static inline
+#define KILN_INLINED KILN_FUNCTION
 // For what is long and stands in many places: one copy, called, compiles in a tenth of the time.
 #define KILN_CALLED __attribute__((noinline, unused)) static
 #define KILN_GLOBAL

@@ -52,6 +52,16 @@ std::string build_options(const Definitions& definitions, Precision precision, s
     return options;
 }
 
+/// Registers of a real on CPUs. Of two, what all lanes share is read once for both and each fills
+/// the other's waits: .5 to .95 of the time (AVX2). Lobes of Beckmann and Charlie run out of
+/// registers and took 1.2 to 1.8 times as long, measured ones were not tried.
+std::size_t registers(const Specialisation& what) {
+    const bool spills = what.material.distribution != static_cast<int>(Distribution::ggx);
+    return spills || what.material.general == kAnyMaterial ? 1 : 2;
+}
+std::size_t registers(const QuadratureKind&) { return 2; }
+std::size_t registers(const MeasuredKind&) { return 1; }
+
 const char* entry_of(const Specialisation&) { return "tables"; }
 Definitions definitions_of(const Specialisation& what) {
     const KernelMaterial& material = what.material;
@@ -120,9 +130,7 @@ struct OpenClBackend::State {
         auto devices = cl::enumerate();
         std::erase_if(devices, [](const cl::Device& d) { return !d.usable; });
         if (devices.empty()) throw Error("device_unavailable", "no OpenCL device is usable");
-        device = *std::min_element(
-            devices.begin(), devices.end(),
-            [](const cl::Device& a, const cl::Device& b) { return a.cpu < b.cpu; });
+        device = *std::ranges::min_element(devices, {}, &cl::Device::cpu);
         cl_int status = CL_SUCCESS;
         context = cl::Context(clCreateContext(nullptr, 1, &device.id, nullptr, nullptr, &status));
         cl::check(status, "clCreateContext");
@@ -130,11 +138,12 @@ struct OpenClBackend::State {
         cl::check(status, "clCreateCommandQueue");
     }
 
-    /// Of a register: of two, A and B of AVX2 took up to twice as long for want of registers.
-    std::size_t lanes(Precision precision) const {
+    template <typename What>
+    std::size_t lanes(const What& what) const {
         if (!device.cpu) return 1;
         const std::size_t floats = device.float_lanes <= 4 ? 4 : device.float_lanes <= 8 ? 8 : 16;
-        return precision == Precision::float64 ? floats / 2 : floats;
+        const std::size_t wide = std::min(floats * registers(what), kLanesMax);
+        return what.precision == Precision::float64 ? wide / 2 : wide;
     }
 
     const Built& find(const KernelKind& what) const {
@@ -204,7 +213,7 @@ struct OpenClBackend::State {
         // Material of kernels/material.h has the same members, but for the last.
         const KernelMaterial& material = launch.what.material;
         constexpr std::size_t material_bytes = offsetof(KernelMaterial, general);
-        enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.sums, room,
+        enqueue(program, launch.texel_stride / lanes(launch.what), launch.sums, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), points.address()},
                  {sizeof(cl_mem), parameters.address()},
@@ -220,7 +229,7 @@ struct OpenClBackend::State {
                          parameters = copy(launch.parameters);
         const cl_uint order = launch.order.elevation, azimuths = launch.order.azimuth;
         const auto stride = static_cast<cl_uint>(launch.texel_stride);
-        enqueue(program, launch.texel_stride / lanes(launch.what.precision), launch.values, room,
+        enqueue(program, launch.texel_stride / lanes(launch.what), launch.values, room,
                 {{sizeof(cl_mem), texels.address()},
                  {sizeof(cl_mem), nodes.address()},
                  {sizeof(cl_mem), parameters.address()},
@@ -242,7 +251,7 @@ struct OpenClBackend::State {
         const auto stride = static_cast<cl_uint>(launch.stride);
         const MeasuredShape& shape = launch.shape;
         static_assert(sizeof(unsigned) == sizeof(cl_uint));
-        enqueue(program, launch.stride / lanes(launch.what.precision), launch.values, room,
+        enqueue(program, launch.stride / lanes(launch.what), launch.values, room,
                 {{sizeof(cl_mem), nodes.address()},
                  {sizeof(cl_mem), curves.address()},
                  {sizeof(cl_uint), &shape.lobes},
@@ -314,7 +323,7 @@ struct OpenClBackend::State {
             throw Error("device_unavailable", device.name + " has no double precision");
         const std::lock_guard lock(building);
         const std::string options =
-            build_options(definitions_of(what), what.precision, lanes(what.precision), device);
+            build_options(definitions_of(what), what.precision, lanes(what), device);
         cl_int status = CL_SUCCESS;
         Built made{cl::Kernel(clCreateKernel(compile(options).get(), entry_of(what), &status)), {}};
         cl::check(status, "clCreateKernel");
