@@ -20,10 +20,7 @@ namespace kiln {
 namespace {
 
 /// What "quadrature" in float32 is off by at most, of values up to `most`.
-double integration_bound(const JobSpec& job, double most) {
-    const QuadratureKind kind = quadrature_kind(lobe_of(job), kNoFresnel, {}, Precision::float32);
-    return quadrature_float_rounding(kind) * std::max(1.0, most);
-}
+double integration_bound(double most) { return kQuadratureFloatRounding * std::max(1.0, most); }
 /// Of the bound: lookup errors need not be known better.
 constexpr double kShareOfBound = 0.01, kFinest = 1e-6;
 /// What exact values are off by at most: 1 may look larger, and is exact in half.
@@ -129,7 +126,7 @@ class Search {
             }
             judged_ = true;
             std::erase_if(open, [&](const Pixel& pixel) {
-                Candidate candidate{made, bytes_of(made, pixel), integration_bound(made, most),
+                Candidate candidate{made, bytes_of(made, pixel), integration_bound(most),
                                     quantisation_bound(pixel.type, most * (1 - kCoarsest)),
                                     reconstruction};
                 candidate.job.pixel = pixel.type;

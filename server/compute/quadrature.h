@@ -91,19 +91,21 @@ constexpr std::size_t quadrature_start(double tolerance) {
 /// Relative errors of 1 - E count from here on: below it E is 1 to all digits of a double.
 inline constexpr double kDeficitLeast = 1e-14;
 
-/// Of a kind: other lobes than those of the first table need two steps more.
+/// Of a kind: other lobes than those of the first table need two steps more, Charlie's three,
+/// and four where its masking is softened. With two, one in a hundred places of a softened one was
+/// off by up to 9 tolerances of 5e-7, since two orders agreed by chance.
 constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolerance) {
-    const std::size_t more = std::holds_alternative<LobeRule>(kind.rule) ? 2 : 0;
+    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
+    const bool cloth = lobe && lobe->distribution == static_cast<int>(Distribution::charlie);
+    const bool softened = lobe && lobe->masking == kCharlieSoftened;
+    const std::size_t more = softened ? 4 : cloth ? 3 : lobe ? 2 : 0;
     return std::min(quadrature_start(tolerance) + more, kQuadratureLast - 1);
 }
 /// For a view: two steps more where the first table does not hold, or two orders that agree by
-/// chance are off by 80 tolerances (NoV 1.2e-4, alpha .07; of Charlie under Neubelt's masking
-/// by 2.6 at 3.6e-4, 2.4e-4, where E is 24). Below 1e-7 the steps there are enough.
+/// chance are off by 80 tolerances (NoV 1.2e-4, alpha .07). Below 1e-7 the steps there are enough.
 constexpr std::size_t quadrature_start(const QuadratureKind& kind, double tolerance, double NoV) {
-    const auto* lobe = std::get_if<LobeRule>(&kind.rule);
-    const bool has_chances =
-        lobe ? lobe->distribution == static_cast<int>(Distribution::charlie) : !is_diffuse(kind);
-    const bool grazing = NoV < 1.9e-3 && tolerance >= 1e-7 && has_chances;
+    const bool grazing =
+        NoV < 1.9e-3 && tolerance >= 1e-7 && std::holds_alternative<SmithRule>(kind.rule);
     return quadrature_start(kind, tolerance) + (grazing ? 2 : 0);
 }
 

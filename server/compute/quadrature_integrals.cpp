@@ -32,6 +32,11 @@ std::optional<QuadratureParameters> without_absorption(int fresnel,
     return clear;
 }
 
+/// Charlie's masking is exp L with L up to 20, of which half a unit in float is 1e-6.
+Precision precision_of(const JobSpec& job, const KernelMaterial& lobe) {
+    return is_charlie_fit(lobe.masking) ? Precision::float64 : job.precision;
+}
+
 std::vector<Integral> diffuse_integrals_of(const JobSpec& job, const Pass& pass) {
     const KernelMaterial& material = pass.what.material;
     // Averages are integrated in double, as their deficits are.
@@ -62,8 +67,8 @@ std::vector<Integral> integrals_of(const JobSpec& job, const Pass& pass) {
     if (material.averaged) return {{quadrature_average_kind(material), kWeight, {}}};
     std::vector<Integral> list;
     const auto add = [&](std::size_t term, int fresnel, const QuadratureParameters& parameters) {
-        list.push_back(
-            {quadrature_kind(material, fresnel, parameters, job.precision), term, parameters});
+        list.push_back({quadrature_kind(material, fresnel, parameters, precision_of(job, material)),
+                        term, parameters});
     };
     if (material.terms & 1 << kSchlick) {
         const double exponent = pass.parameters[kExponentParameter];

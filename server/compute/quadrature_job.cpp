@@ -200,7 +200,7 @@ class Quadrature {
     QuadratureTolerance tolerance_of(const Pass& pass) const {
         const bool single = job_.precision == Precision::float32;
         const QuadratureKind lobe = quadrature_average_kind(pass.what.material);
-        const double least = single ? quadrature_float_rounding(lobe) / 2 : 0;
+        const double least = single ? kQuadratureFloatRounding / 2 : 0;
         QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
         const bool asked = pass.what.material.terms & 1 << kDeficit;
         if (asked && integrates_deficit(lobe))
