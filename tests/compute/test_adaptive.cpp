@@ -147,7 +147,8 @@ TEST(Adaptive, N18DoublingNeverRaisesTheErrorOfTheTrace) {
 TEST(Adaptive, SaysThatSampleCountEndedIt) {
     const Outcome outcome =
         Baker()(parsed(R"("target_error":1e-4,"sample_count":2048,"layout":{"x":)"
-                       R"({"parameter":"NoV"},"y":{"parameter":"alpha","range":[0.3,1]}},)" +
+                       R"({"parameter":"NoV","range":[0.3,1]},"y":)"
+                       R"({"parameter":"alpha","range":[0.3,1]}},)" +
                        kFloats));
     EXPECT_EQ(outcome.report.status, "budget_exhausted");
     EXPECT_TRUE(says(outcome.report.warnings, "sample_count ended the sampling before"));
