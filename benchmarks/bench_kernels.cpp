@@ -172,6 +172,15 @@ Cases every_case() {
         cases["fresnel_" + std::string(words<Fresnel>()[i])] = {
             {.terms = 1 << kColour, .fresnel = fresnel_function(model), .general = 1}};
     }
+    // What F weighs, in parts that meet where total reflection begins (kernels/parted_lights.h); a
+    // sample costs the same without.
+    const int dielectric = cases["fresnel_dielectric"].material.fresnel;
+    cases["fresnel_dielectric_parted_lights"] = {
+        {.importance = kPartedLights, .terms = 1 << kColour, .fresnel = dielectric, .general = 1}};
+    cases["diffuse_transmitted_parted_lights"] = {{.importance = kPartedLights,
+                                                   .terms = 1 << kTransmitted,
+                                                   .fresnel = dielectric,
+                                                   .general = 1}};
     cases["fresnel_conductor_RGB"] = {{.terms = 7 << kColour,
                                        .fresnel = cases["fresnel_conductor"].material.fresnel,
                                        .general = 1}};

@@ -68,9 +68,9 @@ Draw visible_lights(Specialisation what) {
     return {what, PointKind::visible_lights};
 }
 
-/// Parted lights take 2.6 times as long as other samples do. At 256 points a replicate their error
-/// is a quarter, at 1024 a sixth, at 131072 a tenth with the rounding of float, a thirtieth
-/// without.
+/// Parted lights take 3.2 times as long as other samples do, on PoCL 5. At 256 points a replicate
+/// their error is a quarter, at 1024 a sixth, at 131072 a tenth with the rounding of float, a
+/// thirtieth without.
 constexpr std::int64_t kPartedLightsSamplesLeast = 4096;
 /// Below, a float does not know the rim from its place among such normals to 1e-6 of their number.
 constexpr double kPartedLightsAlphaLeast = 1e-4;

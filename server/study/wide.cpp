@@ -34,24 +34,7 @@ inline real lane_asin(real x) { return std::asin(x); }
 inline real lane_erfcx_deficit(real a) {
     return 1 - a * std::sqrt(std::acos(-1.0L)) * std::exp(a * a) * std::erfc(a);
 }
-// Each of these uses the ones before it.
-// clang-format off
-#include "kernels/fresnel.h"
-#include "kernels/words.h"
-#include "kernels/diffuse.h"
-#include "kernels/smith.h"
-#include "kernels/ggx.h"
-#include "kernels/visible_lights.h"
-#include "kernels/horizon_normals.h"
-#include "kernels/integrand.h"
-#include "kernels/batch.h"
-#include "kernels/charlie.h"
-#include "kernels/microfacet.h"
-#include "kernels/parted_lights.h"
-#include "kernels/ggx_lambert.h"
-#include "kernels/sample_lobe.h"
-#include "kernels/material.h"
-// clang-format on
+#include "kernels/models.h"
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace wide

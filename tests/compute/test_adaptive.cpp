@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -147,7 +150,8 @@ TEST(Adaptive, N18DoublingNeverRaisesTheErrorOfTheTrace) {
 TEST(Adaptive, SaysThatSampleCountEndedIt) {
     const Outcome outcome =
         Baker()(parsed(R"("target_error":1e-4,"sample_count":2048,"layout":{"x":)"
-                       R"({"parameter":"NoV"},"y":{"parameter":"alpha","range":[0.3,1]}},)" +
+                       R"({"parameter":"NoV","range":[0.3,1]},"y":)"
+                       R"({"parameter":"alpha","range":[0.3,1]}},)" +
                        kFloats));
     EXPECT_EQ(outcome.report.status, "budget_exhausted");
     EXPECT_TRUE(says(outcome.report.warnings, "sample_count ended the sampling before"));
@@ -173,6 +177,36 @@ TEST(Adaptive, SaysThatTimeEndedIt) {
     const Outcome coarse = Baker()(job);
     EXPECT_EQ(coarse.report.status, "converged");
     EXPECT_EQ(coarse.report.samples_per_texel, 4096) << "256 points a replicate below alpha 0.1";
+}
+
+// Figure N18: a limit of time is kept to a launch, some milliseconds. Launches are counted, not
+// seconds: none begins once the time is over, however slow the machine. The first samples of all
+// places are taken in any case. The engine's time begins before its first word.
+TEST(Adaptive, N18BeginsNoLaunchOnceItsTimeIsOver) {
+    JobSpec job = parsed(R"("time_budget_s":0.2,"sample_count":1048576,)" + kFloats);
+    job.resolution = {256, 256};
+    job.axes[1].lo = .6;  // of roughness: below, places of another sampler have a time of their own
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> end;
+    int launches = 0, since_end = 0;
+    Control control;
+    control.progress = [&](const Progress& progress) {
+        if (!(progress.fraction > 0) || progress.fraction == 1) return;  // no launch
+        const auto now = Clock::now();
+        if (!end) end = now + std::chrono::milliseconds(200);
+        ++launches;
+        since_end += since_end > 0 || now >= *end;
+    };
+    EngineOptions options;
+    options.device = DeviceChoice::native;
+    const Report report = Engine(options).run(job, control).report;
+    EXPECT_EQ(report.status, "budget_exhausted");
+    constexpr std::int64_t kFirst = 64;
+    std::printf("%d launches, %d of them ended late, %lld samples a texel\n", launches, since_end,
+                static_cast<long long>(report.samples_per_texel));
+    if (report.samples_per_texel > kFirst) {
+        EXPECT_LE(since_end, 1);
+    }
 }
 
 TEST(Adaptive, StopsAtRoundingAndSaysSo) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often the truth lies in the 95 % interval of a sampled value, and that the intervals hold
-// where the integral is stiff.
+// How often the truth lies in the 95 % interval of a sampled value.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -13,6 +13,7 @@
 #include "server/compute/native.h"
 #include "server/spec/words.h"
 #include "tests/compute/sampled_places.h"
+#include "tests/reference/coupling_models.h"
 
 namespace kiln {
 namespace {
@@ -27,6 +28,7 @@ struct Case {
     Ends NoV, alpha;
     std::int64_t sample_count;
     bool deficit = true;  ///< without it, log-uniform tangents help no quantity
+    Sampler sampler = Sampler::sobol_owen;
 };
 
 std::string name_of(const testing::TestParamInfo<Case>& info) { return info.param.name; }
@@ -59,6 +61,7 @@ SecondLook look_again(JobSpec job, std::size_t quantity, std::size_t texel) {
     const double NoV = places.NoV(texel), alpha = places.alpha(texel);
     JobSpec one = grid_job({NoV, NoV + 1e-9, 1}, {alpha, alpha + 1e-9, 1}, job.sample_count);
     one.masking = job.masking;
+    one.sampler = job.sampler;
     one.quantities = job.quantities;
     const double truth = truth_of(one)[quantity][0];
     SecondLook seen;
@@ -108,6 +111,7 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     const Case& c = GetParam();
     JobSpec job = grid_job(c.NoV, c.alpha, c.sample_count);
     job.masking = c.masking;
+    job.sampler = c.sampler;
     if (!c.deficit) job.quantities.pop_back();
     const std::vector<Values> truth = truth_of(job);
     const std::size_t quantities = job.quantities.size();
@@ -117,7 +121,10 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     for (int trial = 0; trial < kTrials; ++trial) {
         job.seed = static_cast<std::uint64_t>(trial) + 1000;
         const Outcome outcome = bake(job);
-        EXPECT_EQ(outcome.report.status, "done");
+        // By random points a B in twenty is off by more than its bound, which is suspect.
+        if (c.sampler != Sampler::random) {
+            EXPECT_EQ(outcome.report.status, "done");
+        }
         for (std::size_t q = 0; q < quantities; ++q)
             for (std::size_t i = 0; i < truth[q].size(); ++i) {
                 const double floor = rounding_floor(job.precision);
@@ -128,13 +135,20 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
             }
     }
     double pooled = 0, count = 0;
-    for (std::size_t q = 0; q < quantities; ++q)
+    for (std::size_t q = 0; q < quantities; ++q) {
+        double pooled_here = 0, count_here = 0;
         for (std::size_t i = 0; i < truth[q].size(); ++i) {
             if (inside[q][i] < kTrials * 88 / 100) hold_again(job, q, i);
             if (wide[q][i] < kTrials / 2) continue;
-            pooled += inside[q][i];
-            count += kTrials;
+            pooled_here += inside[q][i];
+            count_here += kTrials;
         }
+        if (count_here > 0) {
+            EXPECT_GE(pooled_here / count_here, 0.92) << to_word(job.quantities[q]);
+        }
+        pooled += pooled_here;
+        count += count_here;
+    }
     ASSERT_GT(count, 0);
     std::printf("%s: pooled %.4f of %g\n", c.name.c_str(), pooled / count, count);
     EXPECT_GE(pooled / count, 0.92);
@@ -144,6 +158,8 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
 // Figure N10: the whole grid, and the corner where α and NoV are small.
 const Ends kAllNoV{1e-4, 1, 8}, kAllAlpha{1e-4, 1, 9}, kSmallNoV{1e-4, 0.02, 6},
     kSmallAlpha{1e-4, 0.02, 6};
+// Where few lights along the horizon carry what B loses: .88 to .92 of bars held without them.
+const Ends kFarBelow{3e-4, 3e-3, 4}, kRough{.2, 1, 5};
 INSTANTIATE_TEST_SUITE_P(
     N10, Coverage,
     testing::Values(
@@ -157,13 +173,49 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"smooth_rows_1024", Masking::smith_correlated, {0.05, 1, 8}, {1e-4, 0.1, 6}, 1024},
         Case{"split_sum_1024", Masking::smith_correlated, kAllNoV, kAllAlpha, 1024, false},
         Case{"split_sum_4096", Masking::smith_correlated, kAllNoV, kAllAlpha, 4096, false},
-        Case{"grazing_4096",
-             Masking::smith_correlated,
-             {1e-4, 2e-3, 5},
-             {3e-3, .3, 6},
-             4096,
-             false}),
+        Case{
+            "grazing_4096", Masking::smith_correlated, {1e-4, 2e-3, 5}, {3e-3, .3, 6}, 4096, false},
+        Case{"far_below_1024", Masking::smith_correlated, kFarBelow, kRough, 1024, false},
+        Case{"far_below_4096", Masking::smith_correlated, kFarBelow, kRough, 4096, false},
+        Case{"far_below_16384", Masking::smith_correlated, kFarBelow, kRough, 16384, false},
+        Case{"far_below_deficit_4096", Masking::smith_correlated, kFarBelow, kRough, 4096},
+        Case{"far_below_random_4096", Masking::smith_correlated, kFarBelow, kRough, 4096, false,
+             Sampler::random},
+        Case{"random_1024", Masking::smith_correlated, kAllNoV, kAllAlpha, 1024, true,
+             Sampler::random},
+        Case{"random_4096", Masking::smith_correlated, kAllNoV, kAllAlpha, 4096, false,
+             Sampler::random}),
     name_of);
+
+// The other half of N10, at 32 replicates: two jobs of 16. Student's t with 30 degrees of freedom
+// is above 5 once in 43000 draws.
+TEST(CoverageOfAll, N10NoErrorIsAboveFiveStandardErrors) {
+    Baker bake;
+    double most = 0;
+    for (const Masking masking : {Masking::smith_correlated, Masking::smith_separable})
+        for (const std::int64_t samples : {1024, 4096}) {
+            JobSpec job = grid_job(kAllNoV, kAllAlpha, samples);
+            job.masking = masking;
+            const std::vector<Values> truth = truth_of(job);
+            std::vector<Outcome> halves;
+            for (job.seed = 1; job.seed <= 2; ++job.seed) halves.push_back(bake(job));
+            for (std::size_t q = 0; q < truth.size(); ++q)
+                for (std::size_t i = 0; i < truth[q].size(); ++i) {
+                    const double value =
+                        (halves[0].table.planes[q][i] + halves[1].table.planes[q][i]) / 2;
+                    const double standard_error = std::hypot(halves[0].standard_errors[q][i],
+                                                             halves[1].standard_errors[q][i]) /
+                                                  2;
+                    const double error = std::abs(value - truth[q][i]);
+                    EXPECT_LE(error, 5 * standard_error + rounding_floor(job.precision))
+                        << to_word(job.quantities[q]) << " at " << where(job, i);
+                    if (error > rounding_floor(job.precision))
+                        most = std::max(most,
+                                        (error - rounding_floor(job.precision)) / standard_error);
+                }
+        }
+    std::printf("largest error over standard error: %.2f\n", most);
+}
 
 /// E_avg of each place, at the precision's rounding of it.
 Values truth_of_averages(const JobSpec& job) {
@@ -189,134 +241,78 @@ JobSpec averages_job(const Ends& alpha, std::int64_t sample_count) {
     return job;
 }
 
-// Averages from where rounding does not rule on, each α held to 95 % and what chance leaves of 200
-// trials: .83 to .88 without normals towards the horizon.
+/// Of 200 trials, how many hold the truth of a job's one quantity: at each place at least what
+/// chance leaves of 95 %, all together 92 to 99 %.
+class Held {
+  public:
+    void hold(JobSpec job, const Values& truth, const std::function<std::string(std::size_t)>& at) {
+        std::vector<double> inside(truth.size());
+        for (int trial = 0; trial < kTrials; ++trial) {
+            job.seed = static_cast<std::uint64_t>(trial) + 1000;
+            const Outcome outcome = bake_(job);
+            for (std::size_t i = 0; i < truth.size(); ++i) {
+                const double half_width = kStudentT * outcome.standard_errors[0][i];
+                const double error = std::abs(outcome.table.planes[0][i] - truth[i]);
+                inside[i] += error <= half_width + rounding_floor(job.precision);
+            }
+        }
+        for (std::size_t i = 0; i < truth.size(); ++i) {
+            EXPECT_GE(inside[i] / kTrials, .95 - stray(.95, kTrials))
+                << to_word(job.sampler) << ' ' << job.sample_count << ' ' << at(i);
+            pooled_ += inside[i];
+            count_ += kTrials;
+        }
+    }
+
+    void hold_pool(const char* name) const {
+        std::printf("%s: pooled %.4f of %g\n", name, pooled_ / count_, count_);
+        EXPECT_GE(pooled_ / count_, 0.92);
+        EXPECT_LE(pooled_ / count_, 0.99);
+    }
+
+  private:
+    Baker bake_;
+    double pooled_ = 0, count_ = 0;
+};
+
+// Averages from where rounding does not rule on: .83 to .88 without normals towards the horizon.
 TEST(CoverageOfAverages, HoldsAtEveryAlpha) {
-    Baker bake;
-    double pooled = 0, count = 0;
+    Held held;
     for (const Sampler sampler : {Sampler::sobol_owen, Sampler::random})
         for (const Ends alpha : {Ends{.005, .014, 4}, Ends{.02, .5, 4}}) {
             JobSpec job = averages_job(alpha, 1024);
             job.sampler = sampler;
-            const Values truth = truth_of_averages(job);
-            std::vector<double> inside(truth.size());
-            for (int trial = 0; trial < kTrials; ++trial) {
-                job.seed = static_cast<std::uint64_t>(trial) + 1000;
-                const Outcome outcome = bake(job);
-                for (std::size_t i = 0; i < truth.size(); ++i) {
-                    const double half_width = kStudentT * outcome.standard_errors[0][i];
-                    const double error = std::abs(outcome.table.planes[0][i] - truth[i]);
-                    inside[i] += error <= half_width + rounding_floor(job.precision);
-                }
-            }
-            for (std::size_t i = 0; i < truth.size(); ++i) {
-                EXPECT_GE(inside[i] / kTrials, .95 - stray(.95, kTrials))
-                    << to_word(sampler) << " alpha " << Places::averaged(job).alpha(i);
-                pooled += inside[i];
-                count += kTrials;
-            }
+            held.hold(job, truth_of_averages(job), [&](std::size_t i) {
+                return "alpha " + std::to_string(Places::averaged(job).alpha(i));
+            });
         }
-    std::printf("averages: pooled %.4f of %g\n", pooled / count, count);
-    EXPECT_GE(pooled / count, 0.92);
-    EXPECT_LE(pooled / count, 0.99);
+    held.hold_pool("averages");
 }
 
-/// Relative errors of 1 − E over 32 seeds: root mean square, and the largest of error over
-/// standard error.
-struct DeficitError {
-    double relative = 0, z_max = 0;
-    double relative_max = 0;  ///< where z is above 6.2
-};
-
-DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) {
-    constexpr int kSeeds = 32;
-    JobSpec job = grid_job({NoV, NoV + 1e-9, 1}, {alpha, alpha + 1e-9, 1}, sample_count);
-    job.quantities = {Quantity::multiscatter_albedo};
-    const double truth =
-        quadrature_deficit(static_cast<float>(NoV), static_cast<float>(alpha), job.masking);
-    DeficitError found;
-    Baker bake;
-    for (int seed = 1; seed <= kSeeds; ++seed) {
-        job.seed = static_cast<std::uint64_t>(seed);
-        const Outcome outcome = bake(job);
-        const double error = outcome.table.planes[0][0] - truth;
-        found.relative += error * error / (truth * truth) / kSeeds;
-        const double z = std::abs(error) / outcome.standard_errors[0][0];
-        found.z_max = std::max(found.z_max, z);
-        if (z > 6.2) found.relative_max = std::max(found.relative_max, std::abs(error) / truth);
+// F has a kink where total reflection begins. From 4096 samples on the sampler draws the light of
+// both sides apart (kernels/parted_lights.h), below it does not.
+TEST(CoverageOfTotalReflection, HoldsAtEveryPlace) {
+    JobSpec job = grid_job({.1, 1, 3}, {.05, 1, 3}, 1024);
+    job.quantities = {Quantity::specular_albedo};
+    job.fresnel.model = Fresnel::dielectric;
+    job.fresnel.ior = {1 / 1.5};
+    const Places places = Places::directional(job);
+    Values truth;
+    for (std::size_t i = 0; i < places.count(); ++i) {
+        const reference::Specular lobe{
+            {reference::Distribution::ggx, reference::Visibility::smith_correlated,
+             static_cast<float>(places.alpha(i))},
+            reference::fresnel_dielectric(1 / 1.5)};
+        truth.push_back(reference::SpecularAlbedo(lobe).at(static_cast<float>(places.NoV(i))));
     }
-    found.relative = std::sqrt(found.relative);
-    return found;
-}
-
-// Visible normals alone are off by 16 to 100 % at the first four places, at up to 8e5 of their own
-// standard errors. The bounds are the standard errors of log-uniform tangents that the literature's
-// form has at 65536 points (seen: .0053, .0054, .0011, .0087, 8e-5). Student's t with 15 degrees is
-// above 6.2 once in 65536 draws.
-TEST(StiffDeficit, HasTheRelativeErrorOfLogUniformTangents) {
-    const struct {
-        double NoV, alpha, relative_max;
-    } places[] = {{.5, .01, .0067},
-                  {.5, .001, .0067},
-                  {1 - 1e-9, .001, .00125},
-                  {.3, 1e-4, .0101},
-                  {.1, .25, 2e-4}};
-    for (const auto& place : places) {
-        const DeficitError found = deficit_error(place.NoV, place.alpha, 65536);
-        std::printf("NoV %g alpha %g: relative %.2e, largest z %.1f\n", place.NoV, place.alpha,
-                    found.relative, found.z_max);
-        EXPECT_LE(found.relative, place.relative_max) << place.NoV << ' ' << place.alpha;
-        EXPECT_LE(found.z_max, 6.2) << place.NoV << ' ' << place.alpha;
-    }
-}
-
-// Figure N11, and far beyond: at α = 1e-6 the deficit of 1e-12 is right. At NoV = 1 nothing depends
-// on the azimuth, and the horizon is one edge in one stratum of v: replicates may all have their
-// point there on one side of it, and miss up to a point's worth, 1 in 1024 times the density there.
-TEST(StiffDeficit, N11StandardErrorsHoldWhereAlphaIsSmall) {
-    for (const double alpha : {1e-3, 1e-4, 1e-6})
-        for (const double NoV : {.3, .5, 1 - 1e-9})
-            for (const std::int64_t samples : {1024, 16384}) {
-                const DeficitError found = deficit_error(NoV, alpha, samples);
-                EXPECT_LE(found.relative_max, NoV < .9 ? 0 : .02)
-                    << NoV << ' ' << alpha << ' ' << samples << ' ' << found.z_max;
-                EXPECT_LE(found.relative, samples == 1024 ? .3 : .05)
-                    << NoV << ' ' << alpha << ' ' << samples;
-            }
-}
-
-/// Root mean square error of B over 64 seeds at every texel.
-std::vector<double> errors_of_B(JobSpec job) {
-    constexpr int kSeeds = 64;
-    const std::vector<double> truth = truth_of(job)[1];
-    std::vector<double> rms(truth.size());
-    Baker bake;
-    for (int seed = 1; seed <= kSeeds; ++seed) {
-        job.seed = static_cast<std::uint64_t>(seed);
-        const Outcome outcome = bake(job);
-        for (std::size_t i = 0; i < rms.size(); ++i)
-            rms[i] += std::pow(outcome.table.planes[1][i] - truth[i], 2) / kSeeds;
-    }
-    for (double& square : rms) square = std::sqrt(square);
-    return rms;
-}
-
-// Where the deficit is asked for, it corrects B as well, at the VoH where light is lost: that must
-// not cost what it does not give. Two deviations of 64 seeds are .18 of each; the worst seen are
-// 1.22 (1.77 with the mirror's VoH in place of it, NoV 1e-4, alpha 1).
-TEST(StiffDeficit, AskingForItLeavesBAsGood) {
-    // Below 4096 samples, from which on B has a better sampler where 1 - E is not asked for.
-    const JobSpec with = grid_job({1e-4, 1, 8}, {1e-3, 1, 8}, 4095);
-    JobSpec without = with;
-    without.quantities.pop_back();
-    const std::vector<double> asked = errors_of_B(with), plain = errors_of_B(without);
-    double worst = 0;
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-        if (plain[i] < 1e-5) continue;
-        worst = std::max(worst, asked[i] / plain[i]);
-        EXPECT_LE(asked[i], 1.4 * plain[i]) << where(with, i);
-    }
-    std::printf("error of B with the deficit over that without: %.2f at most\n", worst);
+    Held held;
+    for (const Sampler sampler : {Sampler::sobol_owen, Sampler::random})
+        for (const std::int64_t samples : {1024, 4096}) {
+            job.sampler = sampler;
+            job.sample_count = samples;
+            held.hold(job, truth, [&](std::size_t i) { return where(job, i); });
+        }
+    held.hold_pool("total reflection");
 }
 
 // An average of a line at low roughness has the same rare events.

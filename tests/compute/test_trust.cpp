@@ -126,7 +126,8 @@ TEST(Trust, FewerThanThirtyRareEventsAreNoConvergence) {
 }
 
 TEST(Trust, RareEventsWidenTheErrorUntilEightAreExpected) {
-    EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 1e-7, .1), 3e-7);
+    EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 1e-7, .1), 2e-7);
+    EXPECT_DOUBLE_EQ(with_rare_events(0, 1e-7, .1), 1e-7);
     EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 3e-7, 5), 3e-7);
     EXPECT_DOUBLE_EQ(with_rare_events(4e-7, 3e-7, 5), 4e-7);
     EXPECT_DOUBLE_EQ(with_rare_events(2e-7, 3e-7, 8), 2e-7);

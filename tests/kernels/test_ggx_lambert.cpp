@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <vector>
@@ -123,6 +125,44 @@ TEST(WalkFacet, SendsACosineLobeUpAndDown) {
         EXPECT_NEAR(mean / kCount, 2. / 3 * h, 2e-6) << h;
         EXPECT_NEAR(square / kCount, (1 + h * h) / 4, 2e-6) << h;
     }
+}
+
+/// Of light from facets of every inclination, the least and the most of its cosines. `walk_light`:
+/// of h, slant, near and far, in one precision.
+template <typename Scalar, typename WalkLight>
+std::array<Scalar, 2> ends_of_light(WalkLight walk_light) {
+    const Scalar step = std::numeric_limits<Scalar>::epsilon();
+    std::array<Scalar, 2> ends{1, 0};
+    for (const Scalar upright : {Scalar(1), 1 - step, Scalar(.7), Scalar(1e-3), step, Scalar(0)})
+        for (const Scalar h : {upright, -upright}) {
+            const Scalar slant = std::sqrt((1 - h) * (1 + h));
+            for (int i = 0; i <= 64; ++i)
+                for (int j = 0; j <= 64; ++j) {
+                    const double v = i / 64., psi = std::numbers::pi * j / 64;
+                    const double sine = std::sin(psi), along = std::sqrt(v) * std::cos(psi);
+                    const double root = std::sqrt(std::max(0.0, 1 - v * sine * sine));
+                    const Scalar cosine =
+                        walk_light(h, slant, static_cast<Scalar>((root - along) / 2),
+                                   static_cast<Scalar>((root + along) / 2));
+                    ends = {std::min(ends[0], cosine), std::max(ends[1], cosine)};
+                }
+        }
+    return ends;
+}
+
+// A walk divides by it and by its square: light along the surface, or a rounding below, is above.
+TEST(WalkLight, IsAboveTheSurfaceToTheLastBit) {
+    const auto [least_float, most_float] =
+        ends_of_light<float>([](auto h, auto slant, auto near, auto far) {
+            return in_float::walk_light(h, slant, near, far);
+        });
+    EXPECT_GE(least_float, std::sqrt(std::numeric_limits<float>::min()));
+    EXPECT_LE(most_float, 1);
+    const auto [least, most] = ends_of_light<double>([](auto h, auto slant, auto near, auto far) {
+        return in_double::walk_light(h, slant, near, far);
+    });
+    EXPECT_GE(least, std::sqrt(std::numeric_limits<double>::min()));
+    EXPECT_LE(most, 1);
 }
 
 // White facets lose nothing, however a walk goes: 15 facets and the end sum to 1.
