@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `advise`: the smallest table whose errors stay within a bound.
 #include <cstdio>
+#include <optional>
 
 #include "client/commands.h"
 #include "client/files.h"
@@ -54,7 +55,7 @@ std::vector<std::string> row_of(const Candidate& candidate) {
 
 void print_table(const std::vector<Candidate>& candidates, double max_error) {
     std::vector<std::vector<std::string>> rows{
-        {"size", "axes", "grid", "pixel", "texels", "bilinear", "pixel", "integration", "total"}};
+        {"size", "axes", "grid", "pixel", "bytes", "bilinear", "rounding", "integration", "total"}};
     for (std::size_t i = 0; i < std::min(kShown, candidates.size()); ++i)
         rows.push_back(row_of(candidates[i]));
     for (const std::string& line : columns(rows)) print(line);
@@ -63,6 +64,20 @@ void print_table(const std::vector<Candidate>& candidates, double max_error) {
     print("");
     print("The smallest within " + format_error(max_error) + ":");
     print(canonical(candidates[0].job));
+}
+
+std::string in_words(const Closest& closest) {
+    std::string where;
+    for (std::size_t a = 0; a < closest.at.size(); ++a) {
+        char value[32];
+        std::snprintf(value, sizeof value, " %.3g", closest.at[a]);
+        where += (a == 0 ? "" : ", ") + std::string(to_word(closest.table.job.axes[a].parameter)) +
+                 value;
+    }
+    const std::vector<std::string> row = row_of(closest.table);
+    return "; the closest is " + row[0] + " (" + row[1] + ", " + row[2] + ", " + row[3] +
+           "): off by " + format_error(closest.table.total()) + " in " + closest.channel + " at " +
+           where;
 }
 
 }  // namespace
@@ -84,8 +99,9 @@ Exit advise(const AdviseOptions& options) {
     };
     control.cancelled = [&stop] { return stop.requested(); };
     std::vector<Candidate> candidates;
+    std::optional<Closest> closest;
     try {
-        candidates = kiln::advise(job, options.max_error, *native, pool, control);
+        candidates = kiln::advise(job, options.max_error, *native, pool, control, &closest);
     } catch (const Cancelled&) {
         stop.leave();
     }
@@ -98,7 +114,8 @@ Exit advise(const AdviseOptions& options) {
         print_table(candidates, options.max_error);
     if (!candidates.empty()) return Exit::done;
     say("kiln: no table up to " + std::to_string(*std::rbegin(kAdvisedSizes)) +
-        " texels a side stays within " + format_error(options.max_error));
+        " texels a side stays within " + format_error(options.max_error) +
+        (closest ? in_words(*closest) : ""));
     return Exit::different;
 }
 

@@ -17,10 +17,12 @@ struct Column {
     const char* title;
     std::optional<double> ChannelError::*value;
 };
+/// Measured, at all texels or a lattice of them; quadrature tells a bound of its own instead.
+constexpr const char *kOffExact = "off exact rms", *kWithin = "within exact rms";
 constexpr Column kColumns[] = {
     {"standard error rms", &ChannelError::standard_error_rms},
     {"max", &ChannelError::standard_error_max},
-    {"off exact rms", &ChannelError::reference_rms},
+    {kOffExact, &ChannelError::reference_rms},
     {"max", &ChannelError::reference_max},
     {"bilinear max", &ChannelError::reconstruction_max},
     {"pixel max", &ChannelError::quantisation_max},
@@ -40,7 +42,8 @@ std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
         bool any = false;
         for (const ChannelError* channel : channels) any |= (channel->*column.value).has_value();
         if (!any) continue;
-        rows[0].push_back(column.title);
+        const bool bound = job.integrator == Integrator::quadrature && column.title == kOffExact;
+        rows[0].push_back(bound ? kWithin : column.title);
         for (std::size_t i = 0; i < channels.size(); ++i) {
             const auto value = channels[i]->*column.value;
             rows[i + 1].push_back(value ? format_error(*value) : "-");

@@ -30,6 +30,11 @@ constexpr double kCoarsest = 1e-4;
 /// the bound was between 0.960 and 1.029 of the largest error.
 constexpr double kMissed = 1.05;
 
+/// Of the first look at a table: most that are too small show it at the ends of their axes.
+constexpr double kFirstGrowth = 4;
+/// Lookups of what is constant along an axis differ by the rounding of float under its mappings.
+constexpr double kRounding = 1e-7;
+
 struct Pixel {
     PixelType type;
     std::uint64_t bytes;
@@ -87,6 +92,8 @@ class Search {
         control_.progress = [this, &control](const Progress&) { control.progress({done_, {}}); };
     }
 
+    std::optional<Closest> closest() { return std::move(closest_); }
+
     std::vector<Candidate> run() {
         std::vector<Axes> all = axes_to_try(job_);
         // Square roots of NoV need the smallest tables: what is known early is not searched beyond.
@@ -101,6 +108,11 @@ class Search {
         std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
             return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
         });
+        const auto equal = [](const Candidate& a, const Candidate& b) {
+            return a.bytes == b.bytes && a.job.pixel == b.job.pixel &&
+                   std::abs(a.total() - b.total()) <= kRounding;
+        };
+        found_.erase(std::unique(found_.begin(), found_.end(), equal), found_.end());
         return std::move(found_);
     }
 
@@ -130,6 +142,7 @@ class Search {
                                     quantisation_bound(pixel.type, most * (1 - kCoarsest)),
                                     reconstruction};
                 candidate.job.pixel = pixel.type;
+                note(candidate);
                 // Of a larger table these are no less.
                 if (candidate.integration + candidate.quantisation > max_error_) return true;
                 if (candidate.total() > max_error_) return false;
@@ -140,30 +153,43 @@ class Search {
         }
     }
 
+    void note(const Candidate& candidate) {
+        if (closest_ && closest_->table.total() <= candidate.total()) return;
+        closest_ = Closest{candidate, worst_channel_, worst_at_};
+    }
+
     std::uint64_t bytes_of(const JobSpec& job, const Pixel& pixel) const {
         std::uint64_t bytes = pixel.bytes * channels_of(job).size();
         for (const std::int64_t n : job.resolution) bytes *= static_cast<std::uint64_t>(n);
         return bytes;
     }
 
-    /// A coarse lattice first, which finds no more than there is: infinite where that is enough to
+    /// Coarse lattices first, which find no more than there is: that much where it is enough to
     /// know that no pixel type helps.
-    double reconstruction_of(const JobSpec& job, double& most) const {
+    double reconstruction_of(const JobSpec& job, double& most) {
         double worst = 0;
         const auto judge = [&](const Lattice& lattice, auto error_of) {
             const double tolerance = std::clamp(kShareOfBound * max_error_, kFinest, kCoarsest);
             const Table exact = exact_table(lattice.job(), tolerance, native_, pool_, control_);
             worst = 0;
-            for (const std::vector<float>& plane : exact.planes) {
-                worst = std::max(worst, error_of(lattice, plane));
+            for (std::size_t p = 0; p < exact.planes.size(); ++p) {
+                const std::vector<float>& plane = exact.planes[p];
+                if (const double error = error_of(lattice, plane); !(error < worst)) {
+                    worst = error;
+                    worst_channel_ = exact.channels[p];
+                    worst_at_ = lattice.worst_place(plane);
+                }
                 for (const float value : plane)
                     most = std::max(most, std::abs(static_cast<double>(value)));
             }
         };
-        judge(Lattice(job), [](const Lattice& lattice, const std::vector<float>& plane) {
+        const auto seen = [](const Lattice& lattice, const std::vector<float>& plane) {
             return lattice.reconstruction_max(plane);
-        });
-        if (worst > max_error_) return worst;
+        };
+        for (const double growth : {kFirstGrowth, Lattice::kFine}) {
+            judge(Lattice(job, growth), seen);
+            if (worst > max_error_) return worst;
+        }
         judge(Lattice::dense(job), [](const Lattice& lattice, const std::vector<float>& plane) {
             return kMissed * lattice.reconstruction_bound(plane);
         });
@@ -179,6 +205,9 @@ class Search {
     std::vector<Candidate> found_;
     std::uint64_t smallest_ = std::uint64_t{1} << 60;
     bool judged_ = false;
+    std::string worst_channel_;  ///< of the last reconstruction_of()
+    std::vector<double> worst_at_;
+    std::optional<Closest> closest_;
     std::optional<Error> pole_;
 };
 
@@ -201,8 +230,12 @@ double quantisation_bound(PixelType pixel, double most) {
 }
 
 std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
-                              ThreadPool& pool, const Control& control) {
-    return Search(job, max_error, native, pool, control).run();
+                              ThreadPool& pool, const Control& control,
+                              std::optional<Closest>* closest) {
+    Search search(job, max_error, native, pool, control);
+    std::vector<Candidate> found = search.run();
+    if (closest != nullptr) *closest = search.closest();
+    return found;
 }
 
 }  // namespace kiln

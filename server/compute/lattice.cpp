@@ -221,6 +221,22 @@ double Lattice::reconstruction_max(const std::vector<float>& exact) const {
     return most;
 }
 
+std::vector<double> Lattice::worst_place(const std::vector<float>& exact) const {
+    const std::vector<double> off = differences(exact);
+    auto rest = static_cast<std::size_t>(
+        std::max_element(off.begin(), off.end(),
+                         [](double a, double b) { return std::abs(a) < std::abs(b); }) -
+        off.begin());
+    std::vector<double> place;
+    for (std::size_t a = 0; a < lattice_.axes.size(); ++a) {
+        const Line& line = lines_[a];
+        place.push_back(
+            axis_value_between(lattice_.axes[a], line.at[rest % line.at.size()], line.count));
+        rest /= line.at.size();
+    }
+    return place;
+}
+
 double Lattice::rise(const std::vector<double>& off, const std::array<std::size_t, 3>& at,
                      std::size_t axis) const {
     const Line& line = lines_[axis];

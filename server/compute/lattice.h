@@ -34,6 +34,8 @@ class Lattice {
     /// the edge's texel beyond the first and last centre. Over the lattice's places in between with
     /// NoV and alpha >= 1e-4, and at the rims.
     double reconstruction_max(const std::vector<float>& exact) const;
+    /// Where that is: the axes' values there.
+    std::vector<double> worst_place(const std::vector<float>& exact) const;
     /// That, and by how much parabolas through three places along an axis rise above the middle one
     /// where that is the largest of them, a sixteenth of their second difference at most: three in
     /// a row between two texels, and the same places of cells on either side of ones left out.

@@ -42,10 +42,12 @@ void check_component(const Component& part) {
         if (!usable(cloud.state[n])) continue;
         any = true;
         for (std::size_t c = 0; c < channels; ++c)
-            if (!std::isfinite(cloud.at(n)[c]))
+            if (const auto value = cloud.at(n)[c]; !std::isfinite(value))
                 throw Error("malformed_measurement",
-                            where + "has a value that is no finite number (point " +
-                                std::to_string(n) + ")");
+                            where + "has a value that " +
+                                (std::isinf(value) ? "exceeds the range of float, 3.4e38"
+                                                   : "is no number") +
+                                " (point " + std::to_string(n) + ")");
     }
     if (!any) throw Error("malformed_measurement", where + "has no usable point");
 }

@@ -5,185 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
+#include <numbers>
 
 namespace kiln::charts {
 
 namespace {
-
-constexpr double kLetters = 11;
-constexpr double kPi = 3.14159265358979323846;
-// Okabe, Ito 2008: told apart by colour-blind eyes too.
-constexpr std::array<Colour, 8> kLines{{{0.00, 0.45, 0.70},
-                                        {0.84, 0.37, 0.00},
-                                        {0.00, 0.62, 0.45},
-                                        {0.80, 0.47, 0.65},
-                                        {0.34, 0.71, 0.91},
-                                        {0.90, 0.62, 0.00},
-                                        {0.35, 0.35, 0.35},
-                                        {0.60, 0.40, 0.20}}};
-
-std::string power_of_ten(int exponent) {
-    if (exponent == 0) return "1";
-    if (exponent == 1) return "10";
-    return "1e" + std::to_string(exponent);
-}
-
-/// From data to paper, along one axis.
-class Scale {
-  public:
-    Scale(bool log, double from, double to) : log_(log), from_(from), to_(to) {}
-
-    void include(double value) {
-        if (!std::isfinite(value) || (log_ && value <= 0)) return;
-        const double at = log_ ? std::log10(value) : value;
-        low_ = std::min(low_, at);
-        high_ = std::max(high_, at);
-    }
-    /// Ends at whole decades, or a little beyond the data.
-    void settle() {
-        if (!(low_ <= high_)) low_ = 0, high_ = 1;
-        if (log_) {
-            low_ = std::floor(low_ - 0.05);
-            high_ = std::ceil(high_ + 0.05);
-        } else {
-            const double margin = low_ == high_ ? 1 : 0.05 * (high_ - low_);
-            low_ -= margin;
-            high_ += margin;
-        }
-    }
-    bool holds(double value) const { return std::isfinite(value) && (!log_ || value > 0); }
-    double at(double value) const {
-        const double t = ((log_ ? std::log10(value) : value) - low_) / (high_ - low_);
-        return from_ + t * (to_ - from_);
-    }
-    std::vector<std::pair<double, std::string>> ticks() const {
-        std::vector<std::pair<double, std::string>> found;
-        if (log_) {
-            const int step = high_ - low_ > 8 ? 2 : 1;
-            for (int e = static_cast<int>(low_); e <= static_cast<int>(high_); e += step)
-                found.emplace_back(std::pow(10.0, e), power_of_ten(e));
-            return found;
-        }
-        const double raw = (high_ - low_) / 5, unit = std::pow(10.0, std::floor(std::log10(raw)));
-        const double step = raw / unit < 1.5 ? unit : raw / unit < 3.5 ? 2 * unit : 5 * unit;
-        for (double v = std::ceil(low_ / step) * step; v <= high_; v += step) {
-            char label[32];
-            std::snprintf(label, sizeof label, "%.3g", std::abs(v) < step / 2 ? 0.0 : v);
-            found.emplace_back(v, label);
-        }
-        return found;
-    }
-
-  private:
-    bool log_;
-    double from_, to_;
-    double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
-};
-
-void line(cairo_t* to, double x0, double y0, double x1, double y1) {
-    cairo_move_to(to, x0, y0);
-    cairo_line_to(to, x1, y1);
-    cairo_stroke(to);
-}
-
-void upright_text(cairo_t* to, double x, double y, const std::string& words) {
-    cairo_save(to);
-    cairo_translate(to, x, y);
-    cairo_rotate(to, -kPi / 2);
-    text(to, 0, 0, words, kLetters, Align::centre, kMuted);
-    cairo_restore(to);
-}
-
-void draw_series(cairo_t* to, const Series& series, const Scale& x, const Scale& y, Colour colour) {
-    set(to, colour);
-    cairo_set_line_width(to, 1);
-    for (std::size_t i = 0; i < series.low.size(); ++i)
-        if (x.holds(series.low[i]) && x.holds(series.high[i]) && y.holds(series.y[i]))
-            line(to, x.at(series.low[i]), y.at(series.y[i]), x.at(series.high[i]),
-                 y.at(series.y[i]));
-    cairo_set_line_width(to, 1.8);
-    bool down = false;
-    for (std::size_t i = 0; i < series.x.size(); ++i) {
-        if (!x.holds(series.x[i]) || !y.holds(series.y[i])) {
-            down = false;
-            continue;
-        }
-        (down ? cairo_line_to : cairo_move_to)(to, x.at(series.x[i]), y.at(series.y[i]));
-        down = true;
-    }
-    cairo_stroke(to);
-    for (std::size_t i = 0; i < series.x.size(); ++i) {
-        if (!x.holds(series.x[i]) || !y.holds(series.y[i])) continue;
-        cairo_arc(to, x.at(series.x[i]), y.at(series.y[i]), 2.6, 0, 2 * kPi);
-        cairo_fill(to);
-    }
-}
-
-void draw_axes(cairo_t* to, const LineChart& chart, Box plot, const Scale& x, const Scale& y) {
-    cairo_set_line_width(to, 1);
-    for (const auto& [value, label] : x.ticks()) {
-        set(to, kFaint);
-        line(to, x.at(value), plot.y, x.at(value), plot.y + plot.height);
-        text(to, x.at(value), plot.y + plot.height + 15, label, kLetters, Align::centre, kMuted);
-    }
-    for (const auto& [value, label] : y.ticks()) {
-        set(to, kFaint);
-        line(to, plot.x, y.at(value), plot.x + plot.width, y.at(value));
-        text(to, plot.x - 6, y.at(value) + 4, label, kLetters, Align::right, kMuted);
-    }
-    text(to, plot.x + plot.width / 2, plot.y + plot.height + 32, chart.x_label, kLetters,
-         Align::centre, kMuted);
-    upright_text(to, plot.x - 48, plot.y + plot.height / 2, chart.y_label);
-}
-
-constexpr double kLegendLine = 16;
-
-/// Names beside a short stroke, in columns below the plot.
-std::size_t legend_columns(const LineChart& chart) { return chart.series.size() > 3 ? 2 : 1; }
-double legend_height(const LineChart& chart) {
-    const std::size_t columns = legend_columns(chart);
-    return kLegendLine * static_cast<double>((chart.series.size() + columns - 1) / columns);
-}
-
-void draw_legend(cairo_t* to, const LineChart& chart, Box box) {
-    const std::size_t columns = legend_columns(chart);
-    const std::size_t rows = (chart.series.size() + columns - 1) / columns;
-    for (std::size_t i = 0; i < chart.series.size(); ++i) {
-        const double x =
-            box.x + static_cast<double>(i / rows) * box.width / static_cast<double>(columns);
-        const double y = box.y + kLegendLine * static_cast<double>(i % rows);
-        set(to, kLines[i % kLines.size()]);
-        cairo_set_line_width(to, 2.2);
-        line(to, x, y - 4, x + 18, y - 4);
-        text(to, x + 24, y, chart.series[i].name, kLetters);
-    }
-}
-
-void draw(cairo_t* to, const LineChart& chart, Box box) {
-    const Box plot{box.x + 62, box.y + 30, box.width - 74,
-                   box.height - 30 - 44 - legend_height(chart) - 8};
-    Scale x(chart.log_x, plot.x, plot.x + plot.width);
-    Scale y(chart.log_y, plot.y + plot.height, plot.y);
-    for (const Series& series : chart.series) {
-        for (const auto* values : {&series.x, &series.low, &series.high})
-            for (const double value : *values) x.include(value);
-        for (const double value : series.y) y.include(value);
-    }
-    x.settle();
-    y.settle();
-    draw_axes(to, chart, plot, x, y);
-    for (std::size_t i = 0; i < chart.series.size(); ++i)
-        draw_series(to, chart.series[i], x, y, kLines[i % kLines.size()]);
-    set(to, kInk);
-    cairo_set_line_width(to, 1);
-    cairo_rectangle(to, plot.x, plot.y, plot.width, plot.height);
-    cairo_stroke(to);
-    draw_legend(
-        to, chart,
-        {plot.x, plot.y + plot.height + 44 + kLegendLine, plot.width, legend_height(chart)});
-}
 
 /// From dark blue to yellow: brightness rises evenly, so that it reads in grey too.
 Colour heat(double t) {
@@ -264,7 +91,7 @@ void draw(cairo_t* to, const HeatMap& map, Box box) {
         cairo_save(to);
         cairo_translate(to, plot.x + (static_cast<double>(c) + 0.5) * width + 3,
                         plot.y + plot.height + 6);
-        cairo_rotate(to, -kPi / 2);
+        cairo_rotate(to, -std::numbers::pi / 2);
         text(to, 0, 0, map.columns[c], 10, Align::right, kMuted);
         cairo_restore(to);
     }
@@ -346,7 +173,7 @@ void draw(cairo_t* to, const FurnaceBalls& chart, Box box) {
     }
 }
 
-double height_at(const LineChart& chart, double) { return 380 + legend_height(chart); }
+double height_at(const LineChart& chart, double) { return height_of(chart); }
 double height_at(const HeatMap& map, double) {
     return 30 + kCellHeight * static_cast<double>(map.rows.size()) + column_label_height(map) + 34;
 }
@@ -380,6 +207,20 @@ void text(cairo_t* to, double x, double y, const std::string& words, double size
     set(to, colour);
     cairo_move_to(to, x - shift, y);
     cairo_show_text(to, words.c_str());
+}
+
+std::string power_of_ten(int exponent) {
+    if (exponent == 0) return "1";
+    if (exponent == 1) return "10";
+    return "1e" + std::to_string(exponent);
+}
+
+void upright_text(cairo_t* to, double x, double y, const std::string& words) {
+    cairo_save(to);
+    cairo_translate(to, x, y);
+    cairo_rotate(to, -std::numbers::pi / 2);
+    text(to, 0, 0, words, kLetters, Align::centre, kMuted);
+    cairo_restore(to);
 }
 
 double height_of(const Chart& chart, double width) {

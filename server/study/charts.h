@@ -27,6 +27,13 @@ double text_width(cairo_t* to, const std::string& text, double size);
 void text(cairo_t* to, double x, double y, const std::string& words, double size,
           Align align = Align::left, Colour colour = kInk, bool bold = false);
 
+inline constexpr double kLetters = 11;
+void upright_text(cairo_t* to, double x, double y, const std::string& words);
+std::string power_of_ten(int exponent);
+
+double height_of(const LineChart& chart);
+void draw(cairo_t* to, const LineChart& chart, Box box);
+
 /// Height that a chart wants at a width of `width`, in points.
 double height_of(const Chart& chart, double width);
 void draw(cairo_t* to, const Chart& chart, Box box);

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 
 #include "server/base/error.h"
 #include "server/compute/points.h"
 #include "server/spec/channels.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
+#include "server/study/convergence.h"
 #include "server/study/honest.h"
 #include "server/study/studies.h"
 
@@ -19,33 +18,11 @@ namespace kiln {
 
 namespace {
 
+using namespace convergence;
+
 constexpr std::int64_t kLeastSamples = 32;
-/// Seeds of one point of a curve: their spread is what a run more could change.
-constexpr std::uint64_t kRuns = 3;
 /// Of quadrature in float.
 constexpr double kTolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
-
-struct Recipe {
-    DeviceChoice device = DeviceChoice::native;
-    Sampler sampler = Sampler::sobol_owen;
-    Importance importance = Importance::vndf;
-    auto operator<=>(const Recipe&) const = default;
-};
-
-/// One recipe at one sample count, over all its runs.
-struct Measured {
-    std::int64_t sample_count = 0;
-    std::array<double, kRuns> seconds{};
-    double error_rms = 0, error_max = 0, standard_error_rms = 0;
-
-    double median() const {
-        std::array<double, kRuns> sorted = seconds;
-        std::sort(sorted.begin(), sorted.end());
-        return sorted[kRuns / 2];
-    }
-    double least() const { return *std::min_element(seconds.begin(), seconds.end()); }
-    double most() const { return *std::max_element(seconds.begin(), seconds.end()); }
-};
 
 struct Distance {
     double rms = 0, max = 0;
@@ -73,27 +50,6 @@ bool is_allowed(const JobSpec& job) {
     }
 }
 
-std::string name_of(DeviceChoice device) {
-    return device == DeviceChoice::opencl ? "OpenCL" : "native";
-}
-
-std::string name_of(const Recipe& recipe) {
-    return std::string(to_word(recipe.sampler)) + ", " + std::string(to_word(recipe.importance)) +
-           ", " + name_of(recipe.device);
-}
-
-/// The exponent p of error ~ samples^p by least squares.
-double order_of(const std::vector<Measured>& points) {
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (const Measured& point : points) {
-        if (point.error_rms <= 0) continue;
-        const double a = std::log(static_cast<double>(point.sample_count)),
-                     b = std::log(point.error_rms);
-        n += 1, x += a, y += b, xx += a * a, xy += a * b;
-    }
-    return (n * xy - x * y) / (n * xx - x * x);
-}
-
 class Convergence {
   public:
     Convergence(Engine& engine, const JobSpec& job, const Control& control)
@@ -107,12 +63,18 @@ class Convergence {
     Studied run() {
         integrate_exactly();
         const std::vector<Recipe> recipes = recipes_to_run();
-        for (const Recipe& recipe : recipes) measure(recipe, recipes.size());
+        for (const DeviceChoice device : devices_) {
+            integrate_in_float(device);
+            std::uint64_t seed = base_.seed;
+            for (const Recipe& recipe : recipes)
+                if (recipe.device == device) measure(recipe, recipes.size(), seed);
+        }
         report_.samples_total = samples_;
         report_.samples_per_texel = base_.sample_count;
         report_.error.clear();
         report_.trace.clear();
-        return {{"Convergence: " + title(), notes_, verdicts(), table(), charts()}, report_};
+        return {{"Convergence: " + title(), notes_, verdicts(), table(), charts_of(curves_)},
+                report_};
     }
 
   private:
@@ -124,11 +86,17 @@ class Convergence {
         Outcome outcome = engine_.run(exact, quiet(), false);
         truth_ = std::move(outcome.table);
         report_ = std::move(outcome.report);
+    }
+
+    void integrate_in_float(DeviceChoice device) {
+        JobSpec exact = base_;
+        exact.integrator = Integrator::quadrature;
         exact.precision = Precision::float32;
-        exact.device = DeviceChoice::native;
+        exact.device = device;
+        engine_.run(exact, quiet(), false);  // its programs, which no point pays for
         for (const double tolerance : kTolerances) {
             exact.target_error = tolerance;
-            Measured& point = quadrature_.emplace_back();
+            Measured& point = curves_.quadrature[device].emplace_back();
             for (double& seconds : point.seconds) {
                 const Outcome quick = engine_.run(exact, quiet(), false);
                 const Distance off = distance(quick.table, truth_);
@@ -153,6 +121,7 @@ class Convergence {
         for (const DeviceChoice device : {DeviceChoice::native, DeviceChoice::opencl}) {
             if (base_.device != DeviceChoice::automatic && base_.device != device) continue;
             if (!is_usable(device)) continue;
+            devices_.push_back(device);
             for (const std::string_view sampler : words<Sampler>())
                 for (const std::string_view importance : words<Importance>()) {
                     const Recipe recipe{device, *from_word<Sampler>(sampler),
@@ -178,27 +147,31 @@ class Convergence {
         }
     }
 
-    JobSpec job_of(const Recipe& recipe, std::int64_t sample_count, std::uint64_t run) const {
+    JobSpec job_of(const Recipe& recipe, std::int64_t sample_count, std::uint64_t seed) const {
         JobSpec job = base_;
         job.device = recipe.device;
         job.sampler = recipe.sampler;
         job.importance = recipe.importance;
         job.sample_count = sample_count;
-        job.seed = base_.seed + run;
+        job.seed = seed;
         return job;
     }
 
-    void measure(const Recipe& recipe, std::size_t recipe_count) {
+    /// Every run has points of its own: `seed` counts through them, on each device alike.
+    void measure(const Recipe& recipe, std::size_t recipe_count, std::uint64_t& seed) {
         engine_.run(job_of(recipe, kLeastSamples, 0), quiet(), false);  // its program, as above
-        for (std::int64_t n = kLeastSamples; n <= base_.sample_count; n *= 2)
-            curves_[recipe].push_back(point_of(recipe, n));
+        for (std::int64_t n = kLeastSamples; n <= base_.sample_count; n *= 2, seed += kRuns)
+            curves_.sampled[recipe].push_back(point_of(recipe, n, seed));
         fraction_ += 1 / static_cast<double>(recipe_count);
     }
 
-    Measured point_of(const Recipe& recipe, std::int64_t sample_count) {
+    Measured point_of(const Recipe& recipe, std::int64_t sample_count, std::uint64_t seed) {
         Measured point{sample_count, {}, 0, 0, 0};
         for (std::uint64_t run = 0; run < kRuns; ++run) {
-            const Outcome outcome = engine_.run(job_of(recipe, sample_count, run), quiet(), false);
+            const JobSpec job = job_of(recipe, sample_count, seed + run);
+            const Outcome outcome = engine_.run(job, quiet(), true);
+            // Bits of another backend are no runs of their own.
+            if (recipe.device == devices_[0]) runs_.push_back(judged_run(job, outcome, truth_));
             const Distance off = distance(outcome.table, truth_);
             point.seconds[run] = outcome.report.run_time_s.integrate;
             point.error_rms += off.rms * off.rms / kRuns;
@@ -228,11 +201,11 @@ class Convergence {
     /// Of recipes that differ in the backend alone.
     Verdict same_everywhere() const {
         double apart = 0;
-        for (const auto& [recipe, points] : curves_) {
+        for (const auto& [recipe, points] : curves_.sampled) {
             Recipe other = recipe;
             other.device = DeviceChoice::opencl;
-            const auto at = curves_.find(other);
-            if (at == curves_.end()) continue;
+            const auto at = curves_.sampled.find(other);
+            if (at == curves_.sampled.end()) continue;
             for (std::size_t i = 0; i < points.size(); ++i)
                 apart = std::max(apart, std::abs(points[i].error_rms - at->second[i].error_rms));
         }
@@ -241,35 +214,9 @@ class Convergence {
         return {"OpenCL equals native", apart == 0, true, apart, 0.0, words};
     }
 
-    /// A reported error that is far below the true one misleads; it has no floor of rounding.
-    Verdict honest() const {
-        constexpr double kFloor = 2e-6;
-        double worst = 0;
-        std::string where;
-        std::size_t count = 0;
-        for (const auto& [recipe, points] : curves_)
-            for (const Measured& point : points) {
-                ++count;
-                const double ratio = point.error_rms / (point.standard_error_rms + kFloor);
-                if (ratio <= worst) continue;
-                worst = ratio;
-                where = name_of(recipe) + ", " + std::to_string(point.sample_count) + " samples";
-            }
-        const double most = honest_ratio(kRuns, kReplicatesMax, count);
-        char words[224];
-        std::snprintf(words, sizeof words,
-                      "the true rms error is at most %.2f x the reported one (%s); of %zu such "
-                      "ratios chance leaves %.2f",
-                      worst, where.c_str(), count, most);
-        return {"reported errors are honest", worst <= most, false, worst, most, words};
-    }
-
     std::vector<Verdict> verdicts() const {
-        std::vector<Verdict> found{honest()};
-        if (std::any_of(curves_.begin(), curves_.end(), [](const auto& curve) {
-                return curve.first.device == DeviceChoice::opencl;
-            }))
-            found.insert(found.begin(), same_everywhere());
+        std::vector<Verdict> found{honest_errors(runs_)};
+        if (devices_.size() > 1) found.insert(found.begin(), same_everywhere());
         return found;
     }
 
@@ -278,98 +225,35 @@ class Convergence {
         table.columns = {"backend",   "sampler",           "importance",   "sample_count",
                          "seconds",   "seconds_least",     "seconds_most", "error_rms",
                          "error_max", "standard_error_rms"};
-        for (const auto& [recipe, points] : curves_)
+        for (const auto& [recipe, points] : curves_.sampled)
             for (const Measured& p : points)
                 table.rows.push_back({std::string(to_word(recipe.device)),
                                       std::string(to_word(recipe.sampler)),
                                       std::string(to_word(recipe.importance)),
                                       static_cast<double>(p.sample_count), p.median(), p.least(),
                                       p.most(), p.error_rms, p.error_max, p.standard_error_rms});
-        for (const Measured& q : quadrature_)
-            table.rows.push_back({std::string("native"),
-                                  std::string("quadrature"),
-                                  {},
-                                  static_cast<double>(q.sample_count),
-                                  q.median(),
-                                  q.least(),
-                                  q.most(),
-                                  q.error_rms,
-                                  q.error_max,
-                                  {}});
+        for (const auto& [device, points] : curves_.quadrature)
+            for (const Measured& q : points)
+                table.rows.push_back({std::string(to_word(device)),
+                                      std::string("quadrature"),
+                                      {},
+                                      static_cast<double>(q.sample_count),
+                                      q.median(),
+                                      q.least(),
+                                      q.most(),
+                                      q.error_rms,
+                                      q.error_max,
+                                      {}});
         return table;
-    }
-
-    using Figure = double Measured::*;
-
-    static Series over_time(const std::string& name, const std::vector<Measured>& points,
-                            Figure figure) {
-        Series series{name, {}, {}, {}, {}};
-        for (const Measured& point : points) {
-            series.x.push_back(point.median());
-            series.y.push_back(point.*figure);
-            series.low.push_back(point.least());
-            series.high.push_back(point.most());
-        }
-        return series;
-    }
-
-    LineChart error_over_time(const std::string& title, Figure figure) const {
-        LineChart chart{title, "seconds of integration", "error", true, true, {}};
-        const auto add = [&](const Recipe& recipe) {
-            const auto at = curves_.find(recipe);
-            if (at != curves_.end())
-                chart.series.push_back(over_time(name_of(recipe), at->second, figure));
-        };
-        for (const DeviceChoice device : {DeviceChoice::native, DeviceChoice::opencl})
-            add({device, Sampler::sobol_owen, Importance::vndf});
-        for (const DeviceChoice device : {DeviceChoice::native, DeviceChoice::opencl}) {
-            if (chart.series.size() > 3) break;
-            add({device, Sampler::random, Importance::vndf});
-            add({device, Sampler::hammersley, Importance::ndf});
-        }
-        chart.series.push_back(over_time("quadrature, native", quadrature_, figure));
-        return chart;
-    }
-
-    /// Curves of the recipes that `matches`, named by `name`, with their fitted order.
-    template <class Matches, class Name>
-    LineChart error_over_samples(const std::string& title, Matches matches, Name name) const {
-        LineChart chart{title, "samples a texel", "rms error", true, true, {}};
-        for (const auto& [recipe, points] : curves_) {
-            if (recipe.device != curves_.begin()->first.device || !matches(recipe)) continue;
-            char label[96];
-            std::snprintf(label, sizeof label, "%s, order %.2f", std::string(name(recipe)).c_str(),
-                          order_of(points));
-            Series series{label, {}, {}, {}, {}};
-            for (const Measured& point : points) {
-                series.x.push_back(static_cast<double>(point.sample_count));
-                series.y.push_back(point.error_rms);
-            }
-            chart.series.push_back(std::move(series));
-        }
-        return chart;
-    }
-
-    std::vector<Chart> charts() const {
-        const Importance importance = curves_.begin()->first.importance;
-        return {error_over_time("Error against run time, rms", &Measured::error_rms),
-                error_over_time("Error against run time, largest", &Measured::error_max),
-                error_over_samples(
-                    "Samplers under " + std::string(to_word(importance)),
-                    [&](const Recipe& r) { return r.importance == importance; },
-                    [](const Recipe& r) { return to_word(r.sampler); }),
-                error_over_samples(
-                    "Importances with sobol_owen",
-                    [](const Recipe& r) { return r.sampler == Sampler::sobol_owen; },
-                    [](const Recipe& r) { return to_word(r.importance); })};
     }
 
     Engine& engine_;
     const Control& control_;
     JobSpec base_;
     Table truth_;
-    std::vector<Measured> quadrature_;
-    std::map<Recipe, std::vector<Measured>> curves_;
+    std::vector<DeviceChoice> devices_;  ///< that the study is of
+    Curves curves_;
+    std::vector<JudgedRun> runs_;
     std::vector<std::string> notes_{
         "Error: difference from quadrature in double, over all texels and quantities. Whiskers: "
         "the fastest and the slowest of 3 runs, which differ in their seeds too."};

@@ -21,8 +21,10 @@ class Advise(KilnTest):
         stdout, stderr = self.advise(JOB, 0.02, "--progress", "none")
         self.assertEqual(stderr, "")
         lines = stdout.decode().splitlines()
+        heads = lines[0].split()
+        self.assertEqual(len(heads), len(set(heads)), heads)
         for word in ("size", "axes", "grid", "bilinear", "total"):
-            self.assertIn(word, lines[0])
+            self.assertIn(word, heads)
         named = json.loads(lines[-1])
         self.assertEqual(named["integrator"], "quadrature")
         self.write("named.json", named)
@@ -49,6 +51,14 @@ class Advise(KilnTest):
         stdout, stderr = self.advise(job, 5e-6, status=6)
         self.assertEqual(stdout, b"")
         self.assertIn("no table up to 4096", stderr)
+        self.assertRegex(stderr, r"closest is \d+ x \d+ .*uint16.*: off by [\d.e-]+ in "
+                                 r"directional_albedo at NoV [\d.e-]+, roughness [\d.e-]+")
+
+    def test_axes_that_do_not_matter_are_told_once(self):
+        job = {"quantities": ["fresnel_average"], "resolution": [16],
+               "fresnel": {"model": "dielectric"}}
+        rows = json.loads(self.advise(job, 1e-3, "--json")[0])["candidates"]
+        self.assertEqual([row["job"]["output"]["pixel"] for row in rows], ["half", "float"])
 
     def test_a_pole_in_every_grid_is_a_failure_that_names_its_cause(self):
         # Unity's table has its texels at nodes, the first at NoV = 0, where Charlie has no bound.

@@ -47,6 +47,11 @@ class Bake(KilnTest):
         self.bake_local("b.exr")
         self.assertEqual(self.read("a.exr"), self.read("b.exr"))
 
+    def test_a_bound_and_a_measured_error_are_told_apart(self):
+        self.assertIn("off exact rms", self.bake_local("out.exr")[1])
+        quadrature = dict(JOB, integrator="quadrature")
+        self.assertIn("within exact rms", self.bake_local("out.exr", quadrature)[1])
+
     def test_standard_input_and_output(self):
         self.bake_local("file.exr")
         image, _ = self.kiln("bake", "-", "-o", "-", "--local", stdin=json.dumps(JOB).encode())

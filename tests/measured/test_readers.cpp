@@ -234,6 +234,15 @@ TEST(Csv, TakesUnitsFromTheNames) {
               std::string::npos);
 }
 
+TEST(BirdJson, RefusesWhatNoFloatHoldsByItsRange) {
+    const std::string bird = small_file("bird_json");
+    const std::size_t value = bird.find('[', bird.find("\"BRDF\"")) + 1;
+    const std::string huge =
+        bird.substr(0, value) + "1e39" + bird.substr(bird.find_first_of(",]", value));
+    EXPECT_NE(refusal(huge).find("exceeds the range of float, 3.4e38"), std::string::npos)
+        << refusal(huge);
+}
+
 TEST(BirdJson, RefusesArraysOfUnequalLength) {
     EXPECT_NE(refusal(replaced(small_file("bird_json"), "[10,20,10,20]", "[10,20,10]"))
                   .find("/data/theta_r/values"),
