@@ -160,7 +160,7 @@ class Group {
         Account::Stored stored(pass_);
         for (std::size_t slot = 0; slot < places_.size(); ++slot) {
             const std::size_t place = places_[slot];
-            bool suspect = false;
+            bool suspect = samples_miss_peak(pass_, place, replicates_.samples(slot));
             for (std::size_t s = 0; s < pass_.shares.size(); ++s) {
                 const Share& share = pass_.shares[s];
                 const Estimate found = estimate(s, slot);

@@ -156,7 +156,8 @@ class Even {
         for (std::size_t m = 0; m < replicates.mean_count(); ++m)
             replicates.estimates(m, begin, std::span(of).subspan(m * count, count));
         for (std::size_t i = 0; i < count; ++i) {
-            bool suspect = false;
+            bool suspect = replicates.completed() > 1 &&
+                           samples_miss_peak(pass, places[i], replicates.samples());
             for (std::size_t s = 0; s < pass.shares.size(); ++s) {
                 const Share& share = pass.shares[s];
                 const Estimate estimate = means.estimate(

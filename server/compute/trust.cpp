@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/compute/trust.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/compute/rare_events.h"
@@ -39,6 +40,21 @@ bool misses_mirror_limit(const Pass& pass, const Share& share, std::size_t place
     if (difference > off + bound) return true;
     const double lacking = share.a[kDeficit] - share.a[kWeight];
     return share.a[kSchlick] == 0 && difference + bound < std::abs(lacking) * deficit / 2;
+}
+
+// Half of all normals of GGX, 1 - 1/e of Beckmann's, lie within tan θ = α, π α² of solid angle;
+// they mirror the view into 4 V·h times that, about a light with NoL = NoV. At grazing views both
+// cosines are those of the lobe's own width, and an average weighs NoV by itself: 2/3 in the mean.
+bool samples_miss_peak(const Pass& pass, std::size_t place, std::uint64_t samples) {
+    const KernelMaterial& what = pass.what.material;
+    const auto importance = static_cast<Importance>(what.importance);
+    const bool blind = importance == Importance::cosine || importance == Importance::uniform;
+    const bool peaked = static_cast<Distribution>(what.distribution) != Distribution::charlie;
+    if (pass.lobe != Lobe::microfacet || !blind || !peaked) return false;
+    const double alpha = pass.places.alpha(place);
+    const double cosine = what.averaged ? 2.0 / 3 : std::max(pass.places.NoV(place), alpha);
+    const double density = importance == Importance::cosine ? cosine : 0.5;  // times π
+    return static_cast<double>(samples) * 4 * cosine * alpha * alpha * density < kRareEventsSeen;
 }
 
 }  // namespace kiln

@@ -21,4 +21,8 @@ inline bool lacks_rare_events(const Estimate& estimate, double bound) {
 bool misses_mirror_limit(const Pass& pass, const Share& share, std::size_t place,
                          const Estimate& estimate, double bound);
 
+/// Whether so many samples of the hemisphere, cosine or uniform, are expected to meet the peak of
+/// GGX or Beckmann at a place less than 30 times: what they missed is in no spread.
+bool samples_miss_peak(const Pass& pass, std::size_t place, std::uint64_t samples);
+
 }  // namespace kiln

@@ -60,6 +60,25 @@ TEST(Trust, ASamplerThatMissesTheLobeIsSuspected) {
     EXPECT_TRUE(visible.warnings.empty());
 }
 
+// The same of any lobe and Fresnel term, wherever the peak is met less than 30 times in the mean:
+// 4096 cosine samples meet that of alpha .15 at NoV .3 33 times, those of alpha .1 15 times.
+TEST(Trust, WhereSamplesOfTheHemisphereMissThePeakIsSuspected) {
+    const auto status = [](const std::string& alpha, const std::string& rest) {
+        return report_of(R"("quantities":["specular_albedo"],"fresnel":{"model":"conductor",)"
+                         R"("eta":0.2,"k":3.4},"sample_count":4096,"resolution":[4,1],"layout":{)"
+                         R"("x":{"parameter":"NoV","grid":"node","range":[0.3,1]},"y":{)"
+                         R"("parameter":"alpha","grid":"node","range":[)" +
+                         alpha + R"(,1]}},"microfacet":{"distribution":)" + rest)
+            .status;
+    };
+    for (const std::string lobe : {R"("beckmann")", R"("ggx")"}) {
+        EXPECT_EQ(status("0.1", lobe + R"(},"importance":"cosine")"), "rare_event_suspected");
+        EXPECT_EQ(status("0.15", lobe + R"(},"importance":"cosine")"), "done");
+        EXPECT_EQ(status("0.1", lobe + "}"), "done");
+    }
+    EXPECT_EQ(status("0.1", R"("charlie","masking":"neubelt"},"importance":"cosine")"), "done");
+}
+
 // What a plain job says: every row of the first-result table, roughness .002 included.
 TEST(Trust, ADefaultJobIsDone) {
     const Report table = report_of(kSplitSum);

@@ -155,7 +155,8 @@ TEST(Convergence, SaysThatReportedErrorsAreHonest) {
     const Verdict& honest = verdict(study(), "reported errors are honest");
     EXPECT_TRUE(honest.holds) << honest.words;
     EXPECT_LT(honest.value.value(), honest.bound.value());
-    EXPECT_NE(honest.words.find("384 of 384 runs"), std::string::npos) << honest.words;
+    // At its lowest roughness cosine and uniform samples miss the peak, and their runs say so.
+    EXPECT_NE(honest.words.find("192 of 384 runs"), std::string::npos) << honest.words;
 }
 
 // Cosines miss the lobe of a mirror, and reports say so: nothing is blamed on them.
