@@ -204,6 +204,15 @@ TEST(Convention, ModelsInWords) {
         {"model":"conductor","metal":"copper"}})";
     EXPECT_TRUE(says(copper, "eta 0.267 1.04698 1.29918"));
     EXPECT_TRUE(says(copper, "Johnson and Christy 1972"));
+    EXPECT_FALSE(says(copper, "gamut"));
+    // F at normal incidence of .131 + 4.0624 i.
+    EXPECT_TRUE(says(R"({"quantities":["specular_albedo"],"fresnel":
+        {"model":"conductor","metal":"gold"}})",
+                     "out of gamut: red would be 1.0376 at normal incidence and is capped at "
+                     "0.9705"));
+    EXPECT_TRUE(says(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[8,8],
+        "layout":"unreal"})",
+                     "F0 A + saturate(50 F0.g) B"));
     EXPECT_TRUE(says(R"({"quantities":["directional_albedo"],"microfacet":{"distribution":"charlie",
         "masking":"charlie","terminator_softening":true}})",
                      "softened"));
