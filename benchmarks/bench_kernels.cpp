@@ -181,6 +181,9 @@ Cases every_case() {
                                                    .terms = 1 << kTransmitted,
                                                    .fresnel = dielectric,
                                                    .general = 1}};
+    // What coupling half_vector leaves to the diffuse lobe; no other coupling is a kernel's term.
+    cases["diffuse_transmitted"] = {
+        {.importance = 2, .terms = 1 << kTransmitted, .fresnel = dielectric, .general = 1}};
     cases["fresnel_conductor_RGB"] = {{.terms = 7 << kColour,
                                        .fresnel = cases["fresnel_conductor"].material.fresnel,
                                        .general = 1}};
@@ -198,7 +201,12 @@ Cases every_case() {
             KernelMaterial lobe = lobe_of(job);
             lobe.terms = 1 << kWeight;
             lobe.general = 1;
-            cases[std::string(distribution) + "_" + std::string(masking)] = {lobe};
+            const std::string name = std::string(distribution) + "_" + std::string(masking);
+            cases[name] = {lobe};
+            if (job.masking != Masking::charlie) continue;
+            job.terminator_softening = true;
+            lobe.masking = lobe_of(job).masking;
+            cases[name + "_softened"] = {lobe};
         }
     for (std::size_t i = 1; i < words<DiffuseModel>().size(); ++i)
         cases["diffuse_" + std::string(words<DiffuseModel>()[i])] = {

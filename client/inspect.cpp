@@ -44,6 +44,18 @@ std::vector<std::string> convention_of(const Decoded& file) {
     }
 }
 
+/// " (8 slices of 32 x 32)" of a table with three axes, else "".
+std::string slices_of(const Decoded& file) {
+    try {
+        const JobSpec job = parse_job(metadata_value(file, "kiln.job"));
+        if (job.axes.size() != 3) return "";
+        return " (" + std::to_string(job.resolution[2]) + " slices of " +
+               std::to_string(job.resolution[0]) + " x " + std::to_string(job.resolution[1]) + ")";
+    } catch (const Error&) {
+        return "";
+    }
+}
+
 std::string count_or_blank(std::uint64_t count) { return count == 0 ? "" : std::to_string(count); }
 
 void print_statistics(const std::vector<ChannelStatistics>& statistics) {
@@ -88,7 +100,8 @@ Exit info(const std::string& path, bool json) {
         return Exit::done;
     }
     print(printable(path) + "  " + std::to_string(file.table.width) + " x " +
-          std::to_string(file.table.height) + "  " + file.format + " " + file.pixel);
+          std::to_string(file.table.height) + slices_of(file) + "  " + file.format + " " +
+          file.pixel);
     print("");
     print_statistics(statistics);
     if (!words.empty()) print("");

@@ -320,7 +320,7 @@ class Planner {
             job_.multiscatter == Multiscatter::turquin &&
             std::any_of(job_.quantities.begin(), job_.quantities.end(), reads_multiscatter);
         if (!(terms & (1 << kSchlick | kColourTerms | kTransmittedTerms)) &&
-            !(total && job_.coupling == Coupling::view))
+            !(total && job_.coupling == Coupling::view) && !asks(Quantity::fresnel_average))
             leave("Fresnel term", not_asked);
         const bool compensates = asks(Quantity::compensated_albedo) || total;
         if (!(terms & 1 << kDeficit) && !scaled)

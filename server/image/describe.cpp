@@ -121,7 +121,35 @@ std::string listed_slices(const Axis& axis) {
     std::string line = "z: " + text(to_word(axis.parameter)) + ", slice by slice";
     for (std::size_t i = 0; i < axis.values.size(); ++i)
         line += (i ? ", " : ": ") + number(axis.values[i]);
-    return line + "; slices stand one below the other";
+    return line +
+           "; slices stand one below the other; between two of them mix both by where the value "
+           "lies";
+}
+
+/// Where a shader finds parameter t on an axis. Slices stand one below the other in v, and lie too
+/// far apart for the hardware to mix them.
+std::string lookup(const JobSpec& job, std::size_t index, const std::string& t) {
+    const bool centers = job.axes[index].grid == Grid::center;
+    const std::string n = std::to_string(job.resolution[index]);
+    const std::string bracketed = t == "t" ? t : "(" + t + ")";
+    if (index == 2)
+        return "; slices stand one below the other; look up at slice = " + bracketed +
+               (centers ? " " + n + " - 0.5" : " (" + n + " - 1)") + " within 0.." +
+               std::to_string(job.resolution[2] - 1) +
+               ", mixing the slices next to it by its fraction";
+    const std::string along = centers ? t : "(" + bracketed + " (" + n + " - 1) + 0.5)/" + n;
+    if (index == 0) return "; look up at u = " + along;
+    if (job.axes.size() < 3) return "; look up at v = " + along;
+    return "; look up at v = (slice + " + along + ")/" + std::to_string(job.resolution[2]) +
+           " of a whole slice";
+}
+
+std::string filtering(const JobSpec& job) {
+    if (job.axes.size() < 3) return "lookup: bilinear, clamp to edge, no mipmaps";
+    const std::string edge = number(0.5) + "/" + std::to_string(job.resolution[1]);
+    return "lookup: bilinear in a slice, v " + std::to_string(job.resolution[2]) +
+           " - slice held within " + edge + "..1 - " + edge +
+           " or the next slice bleeds in; clamp to edge, no mipmaps";
 }
 
 std::string axis_line(const JobSpec& job, std::size_t index) {
@@ -129,11 +157,12 @@ std::string axis_line(const JobSpec& job, std::size_t index) {
     if (!axis.values.empty()) return listed_slices(axis);
     const std::string n = std::to_string(job.resolution[index]);
     const std::string letter(1, "xyz"[index]);
-    const char* coordinate = index == 0 ? "u" : "v";
+    const bool sliced = job.axes.size() == 3;
     const char* unit = index == 0 ? "column" : index == 1 ? "row" : "slice";
     const char* start = index == 0   ? "left"
-                        : index == 1 ? "row 0, top of the image"
-                                     : "slice 0, topmost";
+                        : index == 2 ? "slice 0, topmost"
+                        : sliced     ? "row 0, top of each slice"
+                                     : "row 0, top of the image";
     const bool centers = axis.grid == Grid::center;
     const double first = axis.flip ? axis.hi : axis.lo, last = axis.flip ? axis.lo : axis.hi;
 
@@ -143,17 +172,13 @@ std::string axis_line(const JobSpec& job, std::size_t index) {
     if (!shift.empty()) place += " + " + shift;
     std::string t = axis.flip ? "1 - t" : "t";
     if (!shift.empty()) t += (axis.flip ? " + " : " - ") + shift;
-    std::string line = letter + ": " + text(to_word(axis.parameter)) + " from " + number(first) +
-                       " (" + start + ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
-                       mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
-                       (centers ? ", texel centres: " : ", nodes at the texels: ") + unit +
-                       " i of " + n + " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " +
-                       formula(axis) + bounds(axis);
-    if (index == 2) return line + "; slices stand one below the other";
-    line += std::string("; look up at ") + coordinate + " = ";
-    const std::string bracketed = t == "t" ? t : "(" + t + ")";
-    line += centers ? t : "(" + bracketed + " (" + n + " - 1) + 0.5)/" + n;
-    return line;
+    return letter + ": " + text(to_word(axis.parameter)) + " from " + number(first) + " (" + start +
+           ") to " + number(last) + (axis.flip ? ", flipped, " : ", ") +
+           mapping_words(axis.mapping) + text(to_word(axis.parameter)) +
+           (centers ? ", texel centres: " : ", nodes at the texels: ") + unit + " i of " + n +
+           (sliced && index == 1 ? " in each slice" : "") +
+           " lies at t = " + (axis.flip ? "1 - " : "") + place + ", " + formula(axis) +
+           bounds(axis) + lookup(job, index, t);
 }
 
 std::vector<std::string> axis_lines(const JobSpec& job) {
@@ -232,7 +257,7 @@ std::vector<std::string> convention(const JobSpec& job) {
     }
     lines.emplace_back("V points away from the surface, NoV = cos(theta)");
     lines.push_back(std::string("values: ") + kColor);
-    lines.emplace_back("lookup: bilinear, clamp to edge, no mipmaps");
+    lines.push_back(filtering(job));
     return lines;
 }
 

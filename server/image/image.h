@@ -25,7 +25,7 @@ struct Encoded {
 };
 
 /// Raised whenever an encoder writes other bytes for the same table; part of the image key.
-inline constexpr int kEncoderRevision = 2;
+inline constexpr int kEncoderRevision = 3;
 
 /// Throws Error("cannot_encode") for a table that the format cannot hold (more than four channels
 /// in a PNG, …). Error("non_finite") for a value that is no finite number. Metadata keys begin with

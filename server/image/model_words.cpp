@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/image/model_words.h"
 
+#include <array>
+#include <cmath>
 #include <span>
 
 #include "server/image/describing.h"
@@ -27,12 +29,27 @@ std::string f0_words(const JobSpec& job) {
     return along_z(job, Parameter::f0) ? "along z" : numbers(job.fresnel.f0);
 }
 
+/// Which channels no eta and k can have the metal's colour in.
+std::string gamut_words(const MetalConstants& metal) {
+    constexpr std::array names{"red", "green", "blue"};
+    std::string words;
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        if (metal.f0[c] <= 1) continue;
+        const double k2 = metal.k[c] * metal.k[c];
+        const double below = metal.eta[c] - 1, above = metal.eta[c] + 1;
+        const double most = (below * below + k2) / (above * above + k2);
+        words += std::string("; out of gamut: ") + names[c] + " would be " + number(metal.f0[c]) +
+                 " at normal incidence and is capped at " + number(std::round(most * 1e4) / 1e4);
+    }
+    return words;
+}
+
 std::string conductor_words(const FresnelModel& f) {
     if (!f.metal) return ", exact, eta " + numbers(f.eta) + ", k " + numbers(f.k);
     const MetalConstants& metal = metal_constants(*f.metal);
     return ", exact, " + text(to_word(*f.metal)) + ": eta " + numbers(metal.eta) + ", k " +
            numbers(metal.k) + " in linear sRGB, from n and k of " + metal.source +
-           " (CIE 1931, D65)";
+           " (CIE 1931, D65)" + gamut_words(metal);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/spec/contract.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -19,6 +20,9 @@ extern const std::string_view openapi_json;
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr const char* kKnownOfDiffuse =
+    "/components/schemas/Job/properties/diffuse/properties/model/x-kiln-known";
 
 [[noreturn]] void refuse(const std::string& message) {
     throw Error("contract", "api/openapi.json: " + message);
@@ -65,6 +69,10 @@ void check_all_words(const Json& document) {
     check_words<PixelType>(document, "/Output/properties/pixel");
     for (const char* owner : {"/Extrapolation", "/MaterialExtrapolation"})
         check_words<ThetaInBeyond>(document, std::string(owner) + "/properties/theta_in");
+    for (const auto& [what, models] : at(document, kKnownOfDiffuse).items())
+        for (const Json& model : models)
+            if (!from_word<DiffuseModel>(model.get<std::string>()))
+                refuse(std::string(kKnownOfDiffuse) + "/" + what + ": " + model.dump());
     for (const std::string_view format : words<ImageFormat>()) {
         const std::string pointer =
             "/components/schemas/Output/x-kiln-pixels/" + std::string(format);
@@ -161,6 +169,14 @@ const Limits& limits() {
 }
 
 void check_contract() { limits(); }
+
+KnownOfModel known_of(DiffuseModel model) {
+    const auto listed = [&](const char* what) {
+        const Json& models = at(contract(), std::string(kKnownOfDiffuse) + "/" + what);
+        return std::find(models.begin(), models.end(), to_word(model)) != models.end();
+    };
+    return {listed("exceeds_one"), listed("negative"), listed("not_reciprocal")};
+}
 
 std::string limits_json() {
     Json entries = at(contract(), "/x-kiln-limits");

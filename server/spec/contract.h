@@ -17,6 +17,12 @@ void check_contract();
 /// …). Throws Malformed when it is not JSON, Error("contract") when there is no such component.
 std::vector<Problem> contract_problems(std::string_view component, std::string_view text);
 
+/// What of a diffuse model is no fault, since it was published so: x-kiln-known beside its word.
+struct KnownOfModel {
+    bool exceeds_one, negative, not_reciprocal;
+};
+KnownOfModel known_of(DiffuseModel model);
+
 /// The embedded document, parsed and checked.
 const nlohmann::json& contract();
 

@@ -144,23 +144,29 @@ class Reader {
         return job_.axes == kiln.axes || job_.axes == std::vector{*kiln.single_axis};
     }
 
-    void read_layout() {
-        if (!sound("/layout", "/resolution")) return;
-        const Json& layout = at("/layout");
-        const std::size_t axis_count = job_.resolution.size();
-        if (layout.is_string()) return read_preset();
+    /// Which axes a layout object has to have; that x is one of them the schema says.
+    void check_presence(const Json& layout) {
         const char* counts[] = {"no entry", "one entry", "two entries", "three entries"};
-        const char* names[] = {"x", "y", "z"};
-        for (std::size_t i = 0; i < 3; ++i) {
-            const std::string pointer = std::string("/layout/") + names[i];
-            if (i < axis_count && !layout.contains(names[i]))
-                problems_.add(pointer, std::string("is required and missing: resolution has ") +
-                                           counts[axis_count]);
-            if (i >= axis_count && layout.contains(names[i]))
-                problems_.add(
-                    pointer, std::string("must be left out: resolution has ") + counts[axis_count]);
-            if (layout.contains(names[i])) job_.axes.push_back(axis(layout[names[i]]));
+        const std::size_t axis_count = job_.resolution.size();
+        for (std::size_t i = 1; i < 3; ++i) {
+            const std::string name(1, "xyz"[i]);
+            if (layout.contains(name) == (i < axis_count)) continue;
+            const char* what = i < axis_count ? "is required and missing" : "must be left out";
+            problems_.add("/layout/" + name,
+                          std::string(what) + ": resolution has " + counts[axis_count]);
         }
+    }
+
+    void read_layout() {
+        if (!sound("/resolution")) return;
+        const bool read = sound("/layout");
+        const Json& layout = at("/layout");
+        if (layout.is_object()) check_presence(layout);
+        if (!read) return;
+        if (layout.is_string()) return read_preset();
+        const std::size_t axis_count = job_.resolution.size();
+        for (const char* name : {"x", "y", "z"})
+            if (layout.contains(name)) job_.axes.push_back(axis(layout[name]));
         check_axes();
         if (job_.axes.size() == 3 && axis_count == 3) check_depth_axis();
         check_needs("/layout");

@@ -314,7 +314,7 @@ nlohmann::json project_schema(const nlohmann::json& contract, const nlohmann::js
 
 void check_schema(const nlohmann::json& contract, const nlohmann::json& schema,
                   const std::string& place) {
-    constexpr std::array<std::string_view, 24> kKnown = {"$ref",
+    constexpr std::array<std::string_view, 25> kKnown = {"$ref",
                                                          "type",
                                                          "enum",
                                                          "const",
@@ -337,6 +337,7 @@ void check_schema(const nlohmann::json& contract, const nlohmann::json& schema,
                                                          "x-kiln-later",
                                                          "x-kiln-unit",
                                                          "x-kiln-pixels",
+                                                         "x-kiln-known",
                                                          "$comment"};
     if (!schema.is_object()) refuse_schema(place, "a schema must be an object");
     for (const auto& [keyword, value] : schema.items()) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
-#include "server/compute/fresnel.h"
 #include "server/spec/words.h"
 #include "server/study/furnace_pairs.h"
+#include "server/study/furnace_reasons.h"
 #include "server/study/studies.h"
 
 // The furnace study: what a material returns of a white surroundings at each angle and roughness,
@@ -31,57 +32,15 @@ JobSpec table_job(const JobSpec& job) {
         table.quantities.push_back(Quantity::multiscatter_albedo);
         table.quantities.push_back(Quantity::average_albedo);
     }
-    if (job.coupling == Coupling::kelemen) table.quantities.push_back(Quantity::compensated_albedo);
+    table.quantities.push_back(specular_quantity(job));
+    if (job.diffuse.model != DiffuseModel::none)
+        table.quantities.push_back(Quantity::diffuse_albedo);
     return table;
 }
 
-/// Why a material as published exceeds 1, where that is known; "" else.
-std::string known_excess(const JobSpec& job) {
-    if (job.distribution == Distribution::charlie) return "Charlie's lobe exceeds 1 as published";
-    std::vector<std::string> reasons;
-    const DiffuseModel model = job.diffuse.model;
-    if (model == DiffuseModel::burley || model == DiffuseModel::oren_nayar ||
-        model == DiffuseModel::oren_nayar_full || model == DiffuseModel::eon_unreal ||
-        model == DiffuseModel::chan2018)
-        reasons.push_back(std::string(to_word(model)) + " exceeds 1 as published");
-    const bool both = model != DiffuseModel::none && fresnel_average(job.fresnel, 1) != 0;
-    if (both && job.coupling == Coupling::none)
-        reasons.emplace_back("nothing takes from the diffuse lobe what the specular one reflects");
-    if (both && job.coupling == Coupling::half_vector)
-        reasons.emplace_back(
-            "F(VoH) depends on the light, so the two lobes do not share what there is");
-    if (job.masking == Masking::karis_ibl || job.masking == Masking::karis_direct ||
-        job.masking == Masking::unreal_joint)
-        reasons.emplace_back("the masking is an approximation");
-    std::string all;
-    for (const std::string& reason : reasons) all += (all.empty() ? "" : "; ") + reason;
-    return all;
-}
-
-std::string known_asymmetry(const JobSpec& job) {
-    if (job.coupling == Coupling::view) return "F(NoV) stands without its like for L";
-    if (job.multiscatter == Multiscatter::turquin) return "Turquin's factor depends on V alone";
-    if (job.terminator_softening) return "the softening changes the light's term alone";
-    if (job.diffuse.model == DiffuseModel::eon_unreal && job.coupling != Coupling::kelemen)
-        return "eon_unreal is not reciprocal as published";
-    return "";
-}
-
-std::string known_negative(const JobSpec& job) {
-    if (job.fresnel.model == Fresnel::f82_tint) return "F82's formula is negative there";
-    if (job.diffuse.model == DiffuseModel::chan2018 && job.coupling != Coupling::kelemen)
-        return "chan2018's fit is negative at grazing pairs as published";
-    if (job.distribution == Distribution::charlie &&
-        (job.multiscatter != Multiscatter::none || job.coupling == Coupling::kelemen))
-        return "1 - E, of which the added lobe is made, is negative where Charlie's exceeds 1";
-    return "";
-}
-
-std::string because(const std::string& why) { return why.empty() ? "" : " (" + why + ")"; }
-
 Verdict positivity(const JobSpec& job, const Pointwise& found) {
     Verdict v{"positivity", found.least.value >= 0, true, found.least.value, 0.0, ""};
-    const std::string known = v.holds ? "" : known_negative(job);
+    const Reasons known = v.holds ? Reasons{} : known_negative(job);
     v.expected = known.empty();
     v.words = text("least f(V, L) = %.3g 1/sr at roughness %.3g, NoV %.3g, NoL %.3g",
                    found.least.value, found.least.roughness, found.least.NoV, found.least.NoL) +
@@ -93,7 +52,7 @@ Verdict walked_reciprocity(const JobSpec& job, const Pointwise& found) {
     Verdict v{"reciprocity",  found.asymmetry.value <= kDeviationsMax,
               true,           found.asymmetry.value,
               kDeviationsMax, ""};
-    const std::string known = v.holds ? "" : known_asymmetry(job);
+    const Reasons known = v.holds ? Reasons{} : known_asymmetry(job);
     v.expected = known.empty();
     v.words = text(
                   "|f(V, L) - f(L, V)| is at most %.2g of its standard errors, which are %.2g %% "
@@ -108,7 +67,7 @@ Verdict reciprocity(const JobSpec& job, const Pointwise& found) {
     Verdict v{"reciprocity", found.asymmetry.value <= kReciprocal,
               true,          found.asymmetry.value,
               kReciprocal,   ""};
-    const std::string known = v.holds ? "" : known_asymmetry(job);
+    const Reasons known = v.holds ? Reasons{} : known_asymmetry(job);
     v.expected = known.empty();
     v.words = text("|f(V, L) - f(L, V)| is at most %.2g of the greater", found.asymmetry.value) +
               (v.holds ? ""
@@ -154,10 +113,33 @@ Furnace furnace_of(const FurnaceTables& tables) {
     return found;
 }
 
-Verdict conservation(const JobSpec& job, const Furnace& found) {
+/// What the lobes return, and what there is beside the diffuse one, at most where a texel surely
+/// returns more than it receives.
+Excess excess_of(const JobSpec& job, const FurnaceTables& tables) {
+    const bool lit = job.diffuse.model != DiffuseModel::none;
+    Excess most;
+    for (std::size_t y = 0; y < tables.roughnesses(); ++y)
+        for (std::size_t x = 0; x < tables.angles(); ++x)
+            for (int c = 0; c < tables.colours(Quantity::total_albedo); ++c) {
+                const auto surely = [&](Quantity quantity) {
+                    return tables.value(quantity, c, x, y) -
+                           5 * tables.standard_error(quantity, c, x, y) - kRounding;
+                };
+                const double total = surely(Quantity::total_albedo);
+                if (total <= 1) continue;
+                most.specular = std::max(most.specular, surely(specular_quantity(job)));
+                if (!lit) continue;
+                most.diffuse = std::max(most.diffuse, surely(Quantity::diffuse_albedo));
+                most.added =
+                    std::max(most.added, total - tables.value(Quantity::diffuse_albedo, c, x, y));
+            }
+    return most;
+}
+
+Verdict conservation(const JobSpec& job, const FurnaceTables& tables, const Furnace& found) {
     const double bound = 1 + 5 * found.most_error + kRounding;
     Verdict v{"energy conservation", found.most.value <= bound, true, found.most.value, bound, ""};
-    const std::string known = v.holds ? "" : known_excess(job);
+    const Reasons known = v.holds ? Reasons{} : known_excess(job, excess_of(job, tables));
     v.expected = known.empty();
     v.words = text("it returns at most %.5f of a white furnace, at roughness %.3g, NoV %.3g",
                    found.most.value, found.most.roughness, found.most.NoV) +
@@ -253,7 +235,7 @@ Studied study_furnace(Engine& engine, const JobSpec& job, const Control& control
     const Furnace furnace = furnace_of(tables);
     Studied made;
     made.study.title = title_of(job);
-    made.study.verdicts = {positivity(job, pointwise), conservation(job, furnace),
+    made.study.verdicts = {positivity(job, pointwise), conservation(job, tables, furnace),
                            reciprocity(job, pointwise), preservation(furnace)};
     made.study.table = table_of(tables);
     made.study.charts = charts_of(tables);

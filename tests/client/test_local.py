@@ -87,10 +87,19 @@ class Bake(KilnTest):
         self.assertGreaterEqual(len(examples), 6)
         for example in examples:
             with open(example, encoding="utf-8") as file:
-                measured = json.load(file).get("kind") in ("slices", "atlas")
-            size = "[9,5]" if measured else "[4]" if "average" in example else "[4,4]"
+                job = json.load(file)
+            measured = job.get("kind") in ("slices", "atlas")
+            size = "[9,5]" if measured else str([4] * len(job["resolution"]))
             few = () if measured else ("--set", "device=native", "--set", "sample_count=16")
             self.kiln("bake", example, "-o", "-", "--local", "--set", "resolution=" + size, *few)
+
+    def test_info_says_how_a_table_of_slices_is_cut(self):
+        example = os.path.join(SOURCE, "examples", "three_axes.json")
+        self.kiln("bake", example, "-o", "out.exr", "--local", "--set", "device=native",
+                  "--set", "sample_count=16", "--set", "resolution=[4,5,3]")
+        words = self.kiln("info", "out.exr")[0].decode()
+        self.assertIn("4 x 15 (3 slices of 4 x 5)", words.splitlines()[0])
+        self.assertIn("look up at v = (slice + (t (5 - 1) + 0.5)/5)/3", words)
 
     def test_unitys_third_channel_lacks_what_its_shader_adds(self):
         theirs = {**JOB, "layout": "unity", "diffuse": {"model": "burley"}, "quantities": [

@@ -32,6 +32,8 @@ inline std::int64_t samples() {
     return given ? std::stoll(given) : kShortSamples;
 }
 inline bool long_form() { return samples() >= kLongSamples; }
+/// Where an eighth of them does for each run.
+inline std::int64_t few_samples() { return long_form() ? samples() : samples() / 8; }
 
 /// NoV .2 … .9 by roughness .475 and .825: middle values, where every sampler covers every lobe.
 inline JobSpec model_job(std::vector<Quantity> quantities) {

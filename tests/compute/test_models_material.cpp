@@ -155,7 +155,7 @@ TEST(Models, EveryDiffuseLobeUnderEveryCoupling) {
                                           ? Multiscatter::none
                                           : static_cast<Multiscatter>(turn++ % multiscatters);
             hold_material({coupling, diffuse_case(model), {turn % 2 ? 0.8 : 1}, compensation, 1.5},
-                          long_form() ? samples() : samples() / 8);
+                          few_samples());
             ++held;
         }
     EXPECT_EQ(held, 3 * diffuse_lobes().size() + 1);

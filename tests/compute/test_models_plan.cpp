@@ -108,7 +108,7 @@ TEST(Plan, ATermThatIsNotAskedForCostsNothing) {
     job.quantities = {diffuse_average_albedo};
     costs(job, {2, 0, 0, true, true, false}, "diffuse_average_albedo");
     job.quantities = {fresnel_average};
-    costs(job, {0, 0, 0, true, true, true}, "fresnel_average");
+    costs(job, {0, 0, 0, false, true, true}, "fresnel_average");
     // Both lobes, F of either, and the deficit.
     job.quantities = {total_albedo};
     costs(job, {16, 16, 8, false, false, false}, "total_albedo");

@@ -131,22 +131,28 @@ TEST(Simulated, ColoursShareTheirWalks) {
     EXPECT_EQ(a.report.work.brdf_evaluations, b.report.work.brdf_evaluations);
 }
 
+// The walk's part decides: standard errors of 2.7e-6 at 2^17 samples, 9.3e-6 seen, and of 5.3e-7 at
+// 2^20, 2.5e-7 seen.
 TEST(Simulated, UnderASpecularLobe) {
-    JobSpec job = simulated({Quantity::total_albedo}, {0.5});
-    job.sample_count = samples() / 16;
-    job.coupling = Coupling::view;
-    job.fresnel.model = Fresnel::dielectric;
     const auto F = reference::fresnel_dielectric(1.5);
+    JobSpec job = simulated({Quantity::total_albedo}, {0.5});
+    job.sample_count = few_samples();
+    job.fresnel.model = Fresnel::dielectric;
     const Values diffuse = Truth(job).directional(0.5);
-    std::size_t texel = 0;
-    const Values truth = over_texels(job, [&](double NoV, double roughness) {
-        const reference::Microfacet lobe{reference::Distribution::ggx,
-                                         reference::Visibility::smith_correlated,
-                                         roughness * roughness};
-        const double share = F.at(NoV);
-        return share * reference::microfacet_albedo(lobe, NoV) + (1 - share) * diffuse[texel++];
-    });
-    hold(bake(job), 0, truth, "view", 4e-4);
+    for (const Coupling coupling : {Coupling::none, Coupling::view}) {
+        job.coupling = coupling;
+        std::size_t texel = 0;
+        const Values truth = over_texels(job, [&](double NoV, double roughness) {
+            const reference::Microfacet lobe{reference::Distribution::ggx,
+                                             reference::Visibility::smith_correlated,
+                                             roughness * roughness};
+            const double walked = diffuse[texel++], share = F.at(NoV);
+            return coupling == Coupling::view
+                       ? share * reference::microfacet_albedo(lobe, NoV) + (1 - share) * walked
+                       : reference::microfacet_albedo(lobe, NoV, F) + walked;
+        });
+        hold(bake(job), 0, truth, std::string(to_word(coupling)), long_form() ? kExact : 2e-5);
+    }
 }
 
 }  // namespace

@@ -131,6 +131,36 @@ TEST(Convention, MappingGridFlipAndRangeInWords) {
     EXPECT_EQ(lines[4], "B: 0, carries no quantity (PNG has no two-channel colour)");
 }
 
+// Slices are stacked: a row of the whole image is none of a slice.
+TEST(Convention, SlicesInWords) {
+    const auto lines_of = [](const std::string& z, const std::string& y) {
+        return convention(job_of(
+            R"({"quantities":["specular_albedo"],"resolution":[16,32,8],"layout":
+               {"x":{"parameter":"NoV"},"y":{"parameter":"roughness")" +
+            y + R"(},"z":{"parameter":"f0")" + z + "}}}"));
+    };
+    const std::string rows = "y: roughness from 0 (row 0, top of each slice) to 1, linear in ";
+    const std::string slices = "z: f0 from 0 (slice 0, topmost) to 1, linear in f0, ";
+    const auto centred = lines_of("", "");
+    EXPECT_EQ(centred[1],
+              rows +
+                  "roughness, texel centres: row i of 32 in each slice lies at "
+                  "t = (i + 0.5)/32, roughness = t; look up at v = (slice + t)/8 of a whole "
+                  "slice");
+    EXPECT_EQ(centred[2], slices +
+                              "texel centres: slice i of 8 lies at t = (i + 0.5)/8, f0 = t; "
+                              "slices stand one below the other; look up at slice = t 8 - 0.5 "
+                              "within 0..7, mixing the slices next to it by its fraction");
+    EXPECT_EQ(centred.back(),
+              "lookup: bilinear in a slice, v 8 - slice held within 0.5/32..1 - 0.5/32 or the next "
+              "slice bleeds in; clamp to edge, no mipmaps");
+    const auto nodes = lines_of(R"(,"grid":"node","flip":true)", R"(,"grid":"node")");
+    EXPECT_NE(nodes[1].find("look up at v = (slice + (t (32 - 1) + 0.5)/32)/8"), std::string::npos)
+        << nodes[1];
+    EXPECT_NE(nodes[2].find("look up at slice = (1 - t) (8 - 1) within 0..7"), std::string::npos)
+        << nodes[2];
+}
+
 TEST(Convention, PresetsSayTheirShiftBoundsAndChannels) {
     const auto lines_of = [](const char* layout) {
         return convention(job_of(R"({"quantities": ["split_sum_bias", "directional_albedo"],
@@ -174,6 +204,15 @@ TEST(Convention, ModelsInWords) {
         {"model":"conductor","metal":"copper"}})";
     EXPECT_TRUE(says(copper, "eta 0.267 1.04698 1.29918"));
     EXPECT_TRUE(says(copper, "Johnson and Christy 1972"));
+    EXPECT_FALSE(says(copper, "gamut"));
+    // F at normal incidence of .131 + 4.0624 i.
+    EXPECT_TRUE(says(R"({"quantities":["specular_albedo"],"fresnel":
+        {"model":"conductor","metal":"gold"}})",
+                     "out of gamut: red would be 1.0376 at normal incidence and is capped at "
+                     "0.9705"));
+    EXPECT_TRUE(says(R"({"quantities":["split_sum_scale","split_sum_bias"],"resolution":[8,8],
+        "layout":"unreal"})",
+                     "F0 A + saturate(50 F0.g) B"));
     EXPECT_TRUE(says(R"({"quantities":["directional_albedo"],"microfacet":{"distribution":"charlie",
         "masking":"charlie","terminator_softening":true}})",
                      "softened"));
