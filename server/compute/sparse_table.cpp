@@ -12,22 +12,19 @@ namespace {
 /// Knots of a loose tolerance: a lobe's own features are as wide as they are far from the end.
 /// Below kLoose and kLoosest more cells of that size would fail than it saves.
 constexpr double kLoose = 1e-3, kLoosest = 1e-2;
-KnotLine knots_for(double tolerance, std::int64_t count, bool flip) {
-    if (tolerance < kLoose) return KnotLine(count, flip, 6, 8);
-    return KnotLine(count, flip, 3, tolerance < kLoosest ? 16 : 32);
+KnotLine knots_for(double tolerance, const Axis& axis, std::int64_t count) {
+    if (tolerance < kLoose) return KnotLine(count, axis.flip, 6, 8, axis.at);
+    return KnotLine(count, axis.flip, 3, tolerance < kLoosest ? 16 : 32, axis.at);
 }
 /// Of the tolerance: what the interpolation may take, and what is left for the quadrature.
 constexpr double kInterpolationShare = 0.25;
 
-std::array<double, 4> lagrange(const std::size_t* knots, std::size_t texel) {
+std::array<double, 4> lagrange(const std::array<double, 4>& knots, double x) {
     std::array<double, 4> weight{};
-    const auto x = static_cast<double>(texel);
     for (std::size_t i = 0; i < 4; ++i) {
         weight[i] = 1;
         for (std::size_t k = 0; k < 4; ++k)
-            if (k != i)
-                weight[i] *= (x - static_cast<double>(knots[k])) /
-                             (static_cast<double>(knots[i]) - static_cast<double>(knots[k]));
+            if (k != i) weight[i] *= (x - knots[k]) / (knots[i] - knots[k]);
     }
     return weight;
 }
@@ -47,7 +44,8 @@ std::vector<T> most_of_neighbours(const std::vector<T>& values, std::size_t acro
 
 }  // namespace
 
-KnotLine::KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::size_t apart_max) {
+KnotLine::KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::size_t apart_max,
+                   const std::vector<double>& positions) {
     const auto last = static_cast<std::size_t>(count) - 1;
     std::size_t at = 0;
     while (at < last) {
@@ -59,11 +57,28 @@ KnotLine::KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::siz
         for (std::size_t& knot : knots_) knot = last - knot;
         std::reverse(knots_.begin(), knots_.end());
     }
+    const auto position = [&](std::size_t texel) {
+        return positions.empty() ? static_cast<double>(texel) : positions[texel];
+    };
+    for (std::size_t cell = 0; cell < cells(); ++cell) {
+        const std::size_t low = knots_[cell], high = knots_[cell + 1];
+        std::size_t middle = low;
+        double most = 0;
+        for (std::size_t texel = low + 1; texel < high; ++texel) {
+            const double far =
+                (position(texel) - position(low)) * (position(high) - position(texel));
+            if (far > most) middle = texel;
+            most = std::max(most, far);
+        }
+        middles_.push_back(middle);
+    }
     Between here;
     for (std::size_t texel = 0; texel <= last; ++texel) {
         if (here.cell + 1 < cells() && knots_[here.cell + 1] <= texel) ++here.cell;
         here.first = std::clamp<std::size_t>(here.cell, 1, knots_.size() - 3) - 1;
-        here.weight = lagrange(&knots_[here.first], texel);
+        std::array<double, 4> around{};
+        for (std::size_t i = 0; i < 4; ++i) around[i] = position(knots_[here.first + i]);
+        here.weight = lagrange(around, position(texel));
         between_.push_back(here);
     }
 }
@@ -76,8 +91,8 @@ SparseTable::SparseTable(const JobSpec& job, const Places& places, const Quadrat
       tolerance_(tolerance),
       backend_(backend),
       width_(static_cast<std::size_t>(job.resolution[0])),
-      columns_(knots_for(tolerance, job.resolution[0], job.axes[0].flip)),
-      rows_(knots_for(tolerance, job.resolution[1], job.axes[1].flip)) {
+      columns_(knots_for(tolerance, job.axes[0], job.resolution[0])),
+      rows_(knots_for(tolerance, job.axes[1], job.resolution[1])) {
     integrate_knots();
     judge_cells();
 }

@@ -16,8 +16,10 @@ class KnotLine {
   public:
     /// Knots among the texels 0 … count - 1, those two with them: every texel at the end where the
     /// parameter is lowest, then ever further apart, by 1 / `thinning` of the distance from that
-    /// end and at most `apart_max`. Some 4 texels are the least.
-    KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::size_t apart_max);
+    /// end and at most `apart_max`. Some 4 texels are the least. `positions`: where they are, if
+    /// not at 0, 1, 2 and on: places of a lattice leave gaps.
+    KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::size_t apart_max,
+             const std::vector<double>& positions = {});
 
     struct Between {
         std::size_t cell = 0;   ///< knots cell and cell + 1 are around the texel
@@ -27,10 +29,12 @@ class KnotLine {
     const Between& at(std::size_t texel) const { return between_[texel]; }
     const std::vector<std::size_t>& knots() const { return knots_; }
     std::size_t cells() const { return knots_.size() - 1; }
-    std::size_t middle(std::size_t cell) const { return (knots_[cell] + knots_[cell + 1]) / 2; }
+    /// The texel of a cell where cubics are furthest off: that of the largest product of distances
+    /// from its ends. The lower end where there is none between.
+    std::size_t middle(std::size_t cell) const { return middles_[cell]; }
 
   private:
-    std::vector<std::size_t> knots_;
+    std::vector<std::size_t> knots_, middles_;
     std::vector<Between> between_;
 };
 

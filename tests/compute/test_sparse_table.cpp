@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "server/compute/engine.h"
 #include "server/compute/sparse_table.h"
@@ -37,6 +38,37 @@ TEST(KnotLine, FindsCubicsExactlyFromEitherEnd) {
                 ASSERT_NEAR(sum, cubic(texel), 1e-14) << count << " " << texel;
             }
         }
+}
+
+// As of a lattice: quarters between two texels, then a gap of 0, 1, 2 and on.
+TEST(KnotLine, FindsCubicsExactlyBesideGaps) {
+    std::vector<double> positions;
+    for (int texel = 0, gap = 0; positions.size() < 200; texel += 2 + gap++)
+        for (int part = 0; part <= 4; ++part) positions.push_back(texel + part / 4.0);
+    for (const bool flip : {false, true}) {
+        const KnotLine line(200, flip, 6, 8, positions);
+        const auto cubic = [&](std::size_t place) {
+            const double x = positions[place] / positions.back();
+            return 1 + x * (2 - x * (3 - 4 * x));
+        };
+        for (std::size_t place = 0; place < positions.size(); ++place) {
+            const KnotLine::Between& at = line.at(place);
+            double sum = 0;
+            for (std::size_t i = 0; i < 4; ++i)
+                sum += at.weight[i] * cubic(line.knots()[at.first + i]);
+            // As above: sums of four weights are below 2, a cubic is up to 3.
+            ASSERT_NEAR(sum, cubic(place), 1e-14) << place << " " << flip;
+        }
+        // The judge of a cell is the place that is furthest from both of its ends.
+        for (std::size_t cell = 0; cell < line.cells(); ++cell) {
+            const std::size_t low = line.knots()[cell], high = line.knots()[cell + 1];
+            const auto far = [&](std::size_t place) {
+                return (positions[place] - positions[low]) * (positions[high] - positions[place]);
+            };
+            for (std::size_t place = low; place <= high; ++place)
+                ASSERT_GE(far(line.middle(cell)), far(place)) << cell << " " << place;
+        }
+    }
 }
 
 Outcome bake(const std::string& fields) {
