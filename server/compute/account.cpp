@@ -175,7 +175,7 @@ void Account::fill_status() {
         if (unconverged.count != 0)
             text += " before " + unconverged.words() +
                     " reached target_error; the largest bound of an error there is " +
-                    number(bound_max);
+                    number(bound_max) + ", which has to hold at two sample counts in turn";
         warn(text);
     }
     if (suspected.count != 0) {

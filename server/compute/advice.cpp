@@ -76,6 +76,10 @@ JobSpec sized(const JobSpec& job, const Axes& axes, std::int64_t size) {
     JobSpec made = job;
     made.integrator = Integrator::quadrature;
     made.precision = Precision::float32;
+    // They are of sampling, whose limits would refuse what a table by quadrature never costs.
+    made.sample_count = JobSpec{}.sample_count;
+    made.target_error.reset();
+    made.time_budget_s.reset();
     if (axes != job.axes) made.layout = "custom";
     made.axes = axes;
     for (std::size_t a = 0; a < std::min<std::size_t>(axes.size(), 2); ++a)

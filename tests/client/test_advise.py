@@ -34,6 +34,12 @@ class Advise(KilnTest):
         self.assertLessEqual(error["reconstruction_max"] + error["quantisation_max"], 0.02)
         self.assertEqual(report["status"], "converged")
 
+    def test_what_samples_ask_for_is_left_out(self):
+        # As samples, 2048 x 2048 x 2^20 would be refused.
+        plain = self.advise(JOB, 2e-3)[0]
+        job = dict(JOB, sample_count=1048576, target_error=1e-4, time_budget_s=5)
+        self.assertEqual(self.advise(job, 2e-3)[0], plain)
+
     def test_json_is_the_same_candidates(self):
         advice = json.loads(self.advise(JOB, 0.02, "--json")[0])
         self.assertEqual(advice["max_error"], 0.02)
