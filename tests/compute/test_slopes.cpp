@@ -185,10 +185,9 @@ void hold(JobSpec job, const Effort& effort, const char* name) {
 }
 
 // Figures N1 and N2: the grid, and places off it. 2^18 samples in each of 8 replicates reach 2e-6
-// (in float 5e-6); 2^16 in each of 16, which is the most that a job may ask for, are half as many:
-// 2^.9 as far. 1024 samples in each of 16 replicates: 4e-4.
-constexpr Effort kMost{Precision::float64, 1 << 20, 4e-6},
-    kMostFloat{Precision::float32, 1 << 20, 5e-6}, kFew{Precision::float32, 16384, 4e-4};
+// in double (twice what a job may ask for), 5e-6 in float; 1024 in each of 16 replicates 4e-4.
+constexpr Effort kMost{Precision::float64, 1 << 21, 2e-6},
+    kMostFloat{Precision::float32, 1 << 21, 5e-6}, kFew{Precision::float32, 16384, 4e-4};
 
 TEST(SampledValues, N1Grid) {
     for (const Masking masking : {Masking::smith_correlated, Masking::smith_separable}) {
