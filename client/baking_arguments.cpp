@@ -239,8 +239,8 @@ void add_advise(CLI::App& app, Arguments& arguments) {
         "Example:\n  kiln advise examples/split_sum.json --max-error 1e-3\n"
         "\nTries square tables of 18 sizes, axis mappings and grids (those of a program's layout "
         "stay as\nthey are) and the pixel types of the job's format against exact values, for NoV "
-        "and alpha from\n1e-4 on, and prints the smallest and the job of the first. Exit status 6 "
-        "where none up to 4096\ntexels a side is within X.\n" +
+        "and alpha from\n1e-4 on; narrows the three smallest; prints the smallest and the job of "
+        "the first. Exit status 6\nwhere none up to 4096 texels a side is within X.\n" +
         std::string(kExitCodes));
     command.callback([&arguments, &options] {
         options.progress = progress_mode(arguments.progress);

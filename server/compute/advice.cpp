@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <ranges>
 #include <tuple>
 
 #include "server/base/error.h"
@@ -44,6 +45,14 @@ std::vector<Pixel> pixels_of(ImageFormat format) {
     if (format == ImageFormat::png) return {{PixelType::uint8, 1}, {PixelType::uint16, 2}};
     return {{PixelType::half, 2}, {PixelType::float32, 4}};
 }
+
+Pixel pixel_of(const JobSpec& job) {
+    const std::vector<Pixel> all = pixels_of(job.format);
+    return *std::ranges::find(all, job.pixel, &Pixel::type);
+}
+
+/// Of the smallest square tables so many are narrowed.
+constexpr std::ptrdiff_t kNarrowed = 3;
 
 /// Axes of a table, sizes to come.
 using Axes = std::vector<Axis>;
@@ -109,9 +118,12 @@ class Search {
                 done_ = (static_cast<double>(i) + share) / static_cast<double>(all.size());
             });
         if (!judged_ && pole_) throw *pole_;
-        std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
-            return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
-        });
+        sort();
+        const std::vector<Candidate> squares(
+            found_.begin(),
+            found_.begin() + std::min<std::ptrdiff_t>(kNarrowed, std::ssize(found_)));
+        for (const Candidate& square : squares) narrow(square);
+        sort();
         const auto equal = [](const Candidate& a, const Candidate& b) {
             return a.bytes == b.bytes && a.job.pixel == b.job.pixel &&
                    std::abs(a.total() - b.total()) <= kRounding;
@@ -132,20 +144,12 @@ class Search {
             std::erase_if(
                 open, [&](const Pixel& pixel) { return bytes_of(made, pixel) > 2 * smallest_; });
             if (open.empty()) return;
-            double most = 0, reconstruction = 0;
-            try {
-                reconstruction = reconstruction_of(made, most);
-            } catch (const Error& error) {
-                if (error.code() != "non_finite") throw;
-                pole_ = error;  // a texel stands on it: of nodes, where those of centres do not
-                return;
-            }
+            double most = 0;
+            const std::optional<double> reconstruction = reconstruction_of(made, most);
+            if (!reconstruction) return;
             judged_ = true;
             std::erase_if(open, [&](const Pixel& pixel) {
-                Candidate candidate{made, bytes_of(made, pixel), integration_bound(most),
-                                    quantisation_bound(pixel.type, most * (1 - kCoarsest)),
-                                    reconstruction};
-                candidate.job.pixel = pixel.type;
+                Candidate candidate = candidate_of(made, pixel, *reconstruction, most);
                 note(candidate);
                 // Of a larger table these are no less.
                 if (candidate.integration + candidate.quantisation > max_error_) return true;
@@ -155,6 +159,38 @@ class Search {
                 return true;
             });
         }
+    }
+
+    /// A square table within the bound, with fewer texels along one axis, then along the other.
+    void narrow(const Candidate& square) {
+        Candidate best = square;
+        for (std::size_t a = std::min<std::size_t>(job_.axes.size(), 2); a-- > 0;)
+            for (const std::int64_t size : std::views::reverse(kAdvisedSizes)) {
+                if (size >= best.job.resolution[a]) continue;
+                JobSpec made = best.job;
+                made.resolution[a] = size;
+                double most = 0;
+                const std::optional<double> reconstruction = reconstruction_of(made, most);
+                if (!reconstruction) break;
+                Candidate candidate = candidate_of(made, pixel_of(best.job), *reconstruction, most);
+                if (candidate.total() > max_error_) break;
+                best = std::move(candidate);
+            }
+        if (best.bytes < square.bytes) found_.push_back(std::move(best));
+    }
+
+    void sort() {
+        std::stable_sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
+            return std::tuple(a.bytes, a.total()) < std::tuple(b.bytes, b.total());
+        });
+    }
+
+    Candidate candidate_of(const JobSpec& made, const Pixel& pixel, double reconstruction,
+                           double most) const {
+        Candidate candidate{made, bytes_of(made, pixel), integration_bound(most),
+                            quantisation_bound(pixel.type, most * (1 - kCoarsest)), reconstruction};
+        candidate.job.pixel = pixel.type;
+        return candidate;
     }
 
     void note(const Candidate& candidate) {
@@ -168,9 +204,20 @@ class Search {
         return bytes;
     }
 
+    /// Nothing where a texel stands on a pole: of nodes, where those of centres do not.
+    std::optional<double> reconstruction_of(const JobSpec& job, double& most) {
+        try {
+            return finite_reconstruction_of(job, most);
+        } catch (const Error& error) {
+            if (error.code() != "non_finite") throw;
+            pole_ = error;
+            return {};
+        }
+    }
+
     /// Coarse lattices first, which find no more than there is: that much where it is enough to
     /// know that no pixel type helps.
-    double reconstruction_of(const JobSpec& job, double& most) {
+    double finite_reconstruction_of(const JobSpec& job, double& most) {
         double worst = 0;
         const auto judge = [&](const Lattice& lattice, auto error_of) {
             const double tolerance = std::clamp(kShareOfBound * max_error_, kFinest, kCoarsest);

@@ -34,12 +34,13 @@ inline constexpr std::int64_t kAdvisedSizes[] = {8,   16,  24,  32,  48,   64,  
 
 /// For every axis mapping (those of a program's layout are left as they are), grid and pixel type
 /// of the job's format the smallest square table whose three errors together stay within
-/// `max_error`; smallest in bytes first; of those that are equally good, as where an axis changes
-/// nothing, one. Sizes are the smallest of kAdvisedSizes, not of all there are. Empty where none
-/// does up to 4096: `closest` then has the smallest error, which may be larger between the places
-/// of a coarse lattice. Grids with a texel on a pole of the lobe are passed over. Every quantity of
-/// the job needs quadrature (quadrature_lacks in server/spec/channels.h). Throws Cancelled,
-/// Error("non_finite") where all grids have one.
+/// `max_error`, and the smallest three of them with fewer texels along one axis, then along the
+/// other, as far as that holds; smallest in bytes first; of those that are equally good, as where
+/// an axis changes nothing, one. Sizes are the smallest of kAdvisedSizes, not of all there are.
+/// Empty where none does up to 4096: `closest` then has the smallest error, which may be larger
+/// between the places of a coarse lattice. Grids with a texel on a pole of the lobe are passed
+/// over. Every quantity of the job needs quadrature (quadrature_lacks in server/spec/channels.h).
+/// Throws Cancelled, Error("non_finite") where all grids have one.
 std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& native,
                               ThreadPool& pool, const Control& control,
                               std::optional<Closest>* closest = nullptr);

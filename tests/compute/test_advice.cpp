@@ -353,10 +353,12 @@ void hold(const std::vector<Wish>& wishes) {
         const Candidate& best = candidates[0];
         const JobSpec named = parse_job(canonical(best.job));
         const Worst worst = judge.worst(named, std::max(1e-8, 1e-4 * wish.bound));
-        std::printf("%s, %g: %lld texels a side, %s, told %.4g (%.3g + %.3g + %.3g), true %.4g\n",
-                    wish.job, wish.bound, static_cast<long long>(named.resolution[0]),
-                    std::string(to_word(named.pixel)).c_str(), best.total(), best.reconstruction,
-                    best.quantisation, best.integration, worst.error);
+        std::printf(
+            "%s, %g: %lld x %lld texels, %s, told %.4g (%.3g + %.3g + %.3g), true %.4g\n", wish.job,
+            wish.bound, static_cast<long long>(named.resolution[0]),
+            static_cast<long long>(named.resolution.at(named.resolution.size() > 1 ? 1 : 0)),
+            std::string(to_word(named.pixel)).c_str(), best.total(), best.reconstruction,
+            best.quantisation, best.integration, worst.error);
         EXPECT_LE(worst.error, best.total()) << wish.job;
         EXPECT_GE(worst.error, 0.75 * best.reconstruction) << wish.job;
         std::array<double, 3> at = worst.at, value{};
