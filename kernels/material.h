@@ -70,6 +70,8 @@ KILN_FUNCTION void specular_sums(const Material what, KILN_GLOBAL const scalar* 
                                  KILN_GLOBAL const scalar* point, Sums* sums) {
     real VoH;
     const Terms lobe = sample_lobe(what, view, point, &VoH);
+    // Of a mirror it is NoV: Schlick's powers below 1 feel what a root rounds 1 to.
+    VoH = lane_select(view.alpha > K(0.0), VoH, view.NoV);
     if (what.terms & KILN_TERM_WEIGHT) sums->term[0] += lobe.weight;
     if (what.terms & KILN_TERM_FRESNEL)
         sums->term[1] += lobe.weight * fresnel_power(VoH, p[KILN_PARAMETER_EXPONENT]);

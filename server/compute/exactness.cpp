@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "server/base/error.h"
 #include "server/compute/averages.h"
@@ -12,6 +14,7 @@
 #include "server/compute/quadrature.h"
 #include "server/compute/quadrature_job.h"
 #include "server/spec/channels.h"
+#include "server/spec/words.h"
 
 namespace kiln {
 
@@ -70,7 +73,10 @@ class Check {
         served_ = job;
         served_.quantities.clear();
         for (const Quantity quantity : job.quantities)
-            if (!quadrature_lacks(job, quantity) && is_worth_it(quantity))
+            if (const auto why = why_unserved(quantity))
+                outcome.report.left_out.push_back(
+                    {"the reference of " + std::string(to_word(quantity)), *why});
+            else
                 served_.quantities.push_back(quantity);
         const auto& asked = served_.quantities;
         walks_ = job.diffuse.model == DiffuseModel::ggx_lambert &&
@@ -103,6 +109,14 @@ class Check {
   private:
     Table at(const JobSpec& job) const {
         return exact_table(job, tolerance_, native_, pool_, control_);
+    }
+
+    std::optional<std::string> why_unserved(Quantity quantity) const {
+        if (const auto lack = quadrature_lacks(job_, quantity))
+            return "quadrature has no rule for " + *lack;
+        if (!is_worth_it(quantity))
+            return "quadrature of it costs more than a tenth of the samples";
+        return {};
     }
 
     /// Averages over NoV of a lobe whose azimuth has no closed form take millions of nodes a row:

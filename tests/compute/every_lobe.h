@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,26 @@ inline std::vector<KernelMaterial> every_lobe() {
                 for (const bool softened : {false, true})
                     add(distribution, masking, importance, softened);
     return lobes;
+}
+
+struct LobePair {
+    int distribution, masking;
+};
+
+/// Those of them that quadrature integrates by its rule for every lobe: all but GGX under Smith's
+/// maskings, once each.
+inline std::vector<LobePair> lobes_of_the_general_rule() {
+    std::vector<LobePair> pairs;
+    for (const KernelMaterial& lobe : every_lobe()) {
+        if (lobe.distribution == KILN_DISTRIBUTION_GGX &&
+            lobe.masking <= KILN_MASKING_SMITH_SEPARABLE)
+            continue;
+        if (std::ranges::none_of(pairs, [&](const LobePair& pair) {
+                return pair.distribution == lobe.distribution && pair.masking == lobe.masking;
+            }))
+            pairs.push_back({lobe.distribution, lobe.masking});
+    }
+    return pairs;
 }
 
 }  // namespace kiln

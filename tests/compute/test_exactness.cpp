@@ -2,6 +2,7 @@
 // What reports say of exactness, and the advice that rests on it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -91,6 +92,11 @@ TEST(Exactness, IsNullWithoutQuadratureAndReconstructionEstimated) {
     EXPECT_FALSE(folded.report.error[0].reference_texels);
     EXPECT_TRUE(folded.report.error[0].reconstruction_max);
     EXPECT_TRUE(folded.report.error[1].reference_max);
+    const auto& left_out = folded.report.left_out;
+    EXPECT_TRUE(std::ranges::any_of(left_out, [](const LeftOut& item) {
+        return item.what == "the reference of diffuse_albedo" &&
+               item.why.find("chan2018") != std::string::npos;
+    }));
 
     // Burley's lobe is a polynomial of degree 5 in 1 - NoV, steepest at NoV = 0: its second
     // difference there, 20 (1 - 1/16)^3 / 16^2 / 8 of the coefficient 0.46 at roughness 1.

@@ -134,6 +134,29 @@ TEST(Models, EveryFresnelModelOfTheContractIsACase) {
         })) << words<Multiscatter>()[i];
 }
 
+// Exponents below 1 are steep without end where VoH = 1: a cosine that is off by one rounding there
+// makes .2 of the 0 that (1 - VoH)^.1 is.
+TEST(Models, AMirrorHasTheFresnelTermOfItsView) {
+    std::vector<FresnelCase> cases = every_fresnel();
+    cases.push_back(schlick({0.04}, 1, 0.1));
+    for (const FresnelCase& fresnel : cases) {
+        JobSpec job = model_job({Quantity::specular_albedo});
+        job.resolution = {3, 1};
+        job.axes[0].grid = Grid::node;
+        job.axes[0].lo = 0.5;
+        job.axes[1].lo = job.axes[1].hi = 0;
+        job.fresnel = fresnel.model;
+        job.sample_count = 64;
+        const Outcome outcome = bake(job);
+        for (std::size_t c = 0; c < fresnel.channels.size(); ++c)
+            for (std::size_t i = 0; i < 3; ++i) {
+                const double NoV = 0.5 + 0.25 * static_cast<double>(i);
+                EXPECT_NEAR(outcome.table.planes[c][i], fresnel.channels[c].at(NoV), 1e-6)
+                    << fresnel.name << " at NoV " << NoV;
+            }
+    }
+}
+
 TEST(Models, EveryFresnelOverGgx) {
     for (const FresnelCase& fresnel : every_fresnel()) {
         JobSpec job = model_job({Quantity::specular_albedo, Quantity::fresnel_average});

@@ -11,6 +11,7 @@
 
 #include "server/compute/native.h"
 #include "server/compute/opencl.h"
+#include "tests/compute/every_lobe.h"
 #include "tests/reference/reference.h"
 
 namespace kiln {
@@ -18,10 +19,6 @@ namespace {
 
 constexpr int kFresnelModels = 6;  // KILN_FRESNEL_NONE to _F82_TINT
 constexpr int kDielectric = 3;
-/// Distribution and masking, the kernels' numbers: the lobes of kernels/quadrature_lobe.h, the
-/// softened one last.
-constexpr std::pair<int, int> kLobes[] = {{0, 2}, {0, 3}, {0, 4}, {1, 0},
-                                          {1, 1}, {2, 5}, {2, 6}, {2, 7}};
 constexpr Masking kMaskings[] = {Masking::smith_correlated, Masking::smith_separable};
 
 reference::Masking in_reference(Masking masking) {
@@ -283,25 +280,26 @@ void expect_same_bits(Backend& a, Backend& b, const QuadratureKind& kind) {
 /// GGX under Smith's maskings under every Fresnel term; those of all other lobes in turn, and total
 /// reflection.
 std::vector<QuadratureKind> kinds() {
-    constexpr int kDiffuseModels = 10;
     std::vector<QuadratureKind> list;
     for (const Precision precision : {Precision::float32, Precision::float64}) {
         for (const Masking masking : kMaskings)
             for (int fresnel = 0; fresnel < kFresnelModels; ++fresnel)
                 list.push_back({SmithRule{masking, fresnel}, precision});
-        for (int model = 0; model < kDiffuseModels; ++model)
+        // ggx_lambert walks, and has no rule.
+        for (int model = 0; model < KILN_DIFFUSE_GGX_LAMBERT; ++model)
             list.push_back({DiffuseRule{model, model % kFresnelModels}, precision});
     }
     // Of the rule for every lobe, in turn, to spare compilers: precision changes no line of it.
     int turn = 0;
     const auto precision = [&] { return turn % 2 == 0 ? Precision::float32 : Precision::float64; };
-    for (const auto& [distribution, masking] : kLobes) {
+    const std::vector<LobePair> lobes = lobes_of_the_general_rule();
+    for (const auto& [distribution, masking] : lobes) {
         list.push_back({LobeRule{distribution, masking, turn % kFresnelModels}, precision()});
         ++turn;
     }
     for (const std::size_t i : {0, 3, 6, 1}) {
         list.push_back(
-            {LobeRule{kLobes[i].first, kLobes[i].second, kDielectric, true}, precision()});
+            {LobeRule{lobes[i].distribution, lobes[i].masking, kDielectric, true}, precision()});
         ++turn;
     }
     return list;
