@@ -60,6 +60,15 @@ std::string size_of(const JobSpec& job) {
     return text;
 }
 
+/// What was summed, and on what.
+std::string work_of(const Report& report, const JobSpec& job) {
+    if (is_measured(job.kind))
+        return std::to_string(job.measured.materials.size()) + " measured material(s), ";
+    const bool nodes = job.integrator == Integrator::quadrature;
+    return std::to_string(report.samples_per_texel) + (nodes ? " nodes" : " samples") +
+           " a texel on ";
+}
+
 std::string phases(const RunTime& time) {
     std::string text;
     const auto add = [&](const char* name, double seconds) {
@@ -91,9 +100,7 @@ void summarise(const Report& report, const JobSpec& job, const Written& written)
             say("  " + (first ? dim(terminal, line) : printable(line)));
             first = false;
         }
-        say((is_measured(job.kind)
-                 ? "  " + std::to_string(job.measured.materials.size()) + " measured material(s), "
-                 : "  " + std::to_string(report.samples_per_texel) + " samples a texel on ") +
+        say("  " + work_of(report, job) +
             printable(report.device.backend + ", " + report.device.name) + ": " +
             format_seconds(report.run_time_s.total) + phases(report.run_time_s));
         for (const LeftOut& left : report.left_out)

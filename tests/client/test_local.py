@@ -47,10 +47,13 @@ class Bake(KilnTest):
         self.bake_local("b.exr")
         self.assertEqual(self.read("a.exr"), self.read("b.exr"))
 
-    def test_a_bound_and_a_measured_error_are_told_apart(self):
-        self.assertIn("off exact rms", self.bake_local("out.exr")[1])
-        quadrature = dict(JOB, integrator="quadrature")
-        self.assertIn("within exact rms", self.bake_local("out.exr", quadrature)[1])
+    def test_samples_and_quadrature_are_told_apart(self):
+        told = self.bake_local("out.exr")[1]
+        self.assertIn("off exact rms", told)
+        self.assertRegex(told, r"\d+ samples a texel on native")
+        told = self.bake_local("out.exr", dict(JOB, integrator="quadrature"))[1]
+        self.assertIn("within exact rms", told)
+        self.assertRegex(told, r"\d+ nodes a texel on native")  # places, none of them drawn
 
     def test_standard_input_and_output(self):
         self.bake_local("file.exr")
