@@ -70,7 +70,8 @@ std::string list_of(const nlohmann::json& values) {
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
     constexpr std::size_t kLongestWord = 64;  // bounds the work that one wrong name costs
     if (word.size() > kLongestWord) return "";
-    std::size_t nearest = 1 + word.size() / 3;  // a third of the letters may differ
+    // A third of the letters may differ, of short words two: neighbours that changed places.
+    std::size_t nearest = word.size() < 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
     const std::string* best = nullptr;
     // "samples" means sample_count, however near the letters of sampler are.
     const std::string stem(word.ends_with('s') ? word.substr(0, word.size() - 1) : word);

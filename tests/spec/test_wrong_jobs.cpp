@@ -105,6 +105,16 @@ TEST(WrongJobs, NearMissesGetASuggestion) {
               std::string::npos);
     EXPECT_EQ(message(R"({"quantities":["average_albedo"],"callback":1})").find("did you mean"),
               std::string::npos);
+    const auto metal = [&](const std::string& name) {
+        return message(R"({"quantities":["fresnel_average"],"fresnel":{"model":"conductor",)"
+                       R"("metal":")" +
+                       name + "\"}}");
+    };
+    // Edits: 1; 2, neighbours that changed places; 4 of ten letters; 3 of six.
+    EXPECT_NE(metal("aluminum").find("did you mean \"aluminium\"?"), std::string::npos);
+    EXPECT_NE(metal("iorn").find("did you mean \"iron\"?"), std::string::npos);
+    EXPECT_EQ(metal("adamantium").find("did you mean"), std::string::npos);
+    EXPECT_EQ(metal("bronze").find("did you mean"), std::string::npos);
 }
 
 TEST(WrongJobs, AllProblemsComeAtOnce) {
