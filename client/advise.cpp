@@ -7,6 +7,7 @@
 #include "client/files.h"
 #include "client/interrupt.h"
 #include "client/json.h"
+#include "client/summary.h"
 #include "server/compute/native.h"
 #include "server/spec/channels.h"
 #include "server/spec/spec.h"
@@ -30,15 +31,8 @@ void refuse_what_quadrature_lacks(const JobSpec& job) {
     if (!problems.empty()) throw InvalidJob(problems);
 }
 
-std::string size_of(const JobSpec& job) {
-    std::string text;
-    for (const std::int64_t n : job.resolution)
-        text += (text.empty() ? "" : " x ") + std::to_string(n);
-    return text;
-}
-
 std::vector<std::string> row_of(const Candidate& candidate) {
-    std::vector<std::string> row{size_of(candidate.job)};
+    std::vector<std::string> row{image_size(candidate.job)};
     std::string mapping;
     for (const Axis& axis : candidate.job.axes)
         mapping += (mapping.empty() ? "" : ", ") + std::string(to_word(axis.parameter)) + " " +

@@ -74,7 +74,6 @@ Exit bake(const BakeOptions& options) {
     if (const auto report = read_report(result.report))
         summarise(*report, job,
                   {.output = options.output,
-                   .size = read_image_size(result.sidecar),
                    .byte_count = result.image.size(),
                    .where = result.where,
                    .cached = result.cached,

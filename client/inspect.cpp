@@ -44,15 +44,13 @@ std::vector<std::string> convention_of(const Decoded& file) {
     }
 }
 
-/// " (8 slices of 32 x 32)" of a table with three axes, else "".
-std::string slices_of(const Decoded& file) {
+/// Of a table with three axes; else 1.
+std::size_t slices_of(const Decoded& file) {
     try {
         const JobSpec job = parse_job(metadata_value(file, "kiln.job"));
-        if (job.axes.size() != 3) return "";
-        return " (" + std::to_string(job.resolution[2]) + " slices of " +
-               std::to_string(job.resolution[0]) + " x " + std::to_string(job.resolution[1]) + ")";
+        return job.axes.size() == 3 ? static_cast<std::size_t>(job.resolution[2]) : 1;
     } catch (const Error&) {
-        return "";
+        return 1;
     }
 }
 
@@ -78,14 +76,28 @@ void print_statistics(const std::vector<ChannelStatistics>& statistics) {
     for (const std::string& line : columns(rows)) print(line);
 }
 
-void print_metadata(const Metadata& metadata) {
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream from(text);
+    for (std::string line; std::getline(from, line);) lines.push_back(line);
+    return lines;
+}
+
+/// Without what `told` says already.
+void print_metadata(const Metadata& metadata, const std::vector<std::string>& told) {
+    const auto is_told = [&told](const std::string& line) {
+        return std::ranges::find(told, line) != told.end();
+    };
     std::size_t width = 0;
     for (const auto& [key, value] : metadata) width = std::max(width, key.size());
     for (const auto& [key, value] : metadata) {
+        const std::vector<std::string> lines = lines_of(value);
+        if (std::ranges::all_of(lines, is_told)) continue;
         std::string head = printable(key) + std::string(width - key.size() + 2, ' ');
-        std::istringstream lines(value);
-        for (std::string line; std::getline(lines, line); head.assign(width + 2, ' '))
+        for (const std::string& line : lines) {
             print(head + printable(line));
+            head.assign(width + 2, ' ');
+        }
     }
 }
 
@@ -99,16 +111,16 @@ Exit info(const std::string& path, bool json) {
         print(info_json(file, statistics, words));
         return Exit::done;
     }
-    print(printable(path) + "  " + std::to_string(file.table.width) + " x " +
-          std::to_string(file.table.height) + slices_of(file) + "  " + file.format + " " +
-          file.pixel);
+    print(printable(path) + "  " +
+          format_size(file.table.width, file.table.height, slices_of(file)) + " " + file.pixel +
+          ", " + file.format);
     print("");
     print_statistics(statistics);
     if (!words.empty()) print("");
     for (const std::string& line : words) print(printable(line));
     print("");
     if (metadata_value(file, "kiln.job").empty()) print("no Kiln metadata");
-    print_metadata(file.metadata);
+    print_metadata(file.metadata, words);
     return Exit::done;
 }
 

@@ -207,17 +207,6 @@ Makers read_makers(std::string_view text) {
     return makers;
 }
 
-std::string read_image_size(std::string_view sidecar) {
-    const auto json = parse(sidecar);
-    if (!json || !json->is_object()) return "";
-    const Json image = json->value("image", Json::object());
-    if (!image.is_object()) return "";
-    const Json width = image.value("width", Json()), height = image.value("height", Json());
-    if (!width.is_number_unsigned() || !height.is_number_unsigned()) return "";
-    return std::to_string(width.get<std::uint64_t>()) + " x " +
-           std::to_string(height.get<std::uint64_t>());
-}
-
 std::vector<SliceError> read_lookup_errors(std::string_view sidecar, std::size_t cell) {
     const auto json = parse(sidecar);
     std::vector<SliceError> errors;

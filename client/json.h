@@ -55,8 +55,6 @@ std::optional<JobStatus> read_job_status(std::string_view text);
 std::optional<JobList> read_job_list(std::string_view text);
 std::optional<ProblemDocument> read_problem(std::string_view text);
 std::optional<Report> read_report(std::string_view text);
-/// "width x height" of the image that a side-car is of; "" of anything else.
-std::string read_image_size(std::string_view sidecar);
 std::optional<std::vector<BatchEntry>> read_batch_answer(std::string_view text);
 std::optional<MeasurementAnswer> read_measurement_answer(std::string_view text);
 /// What results come from, by GET /v1/capabilities; "" where it does not say.

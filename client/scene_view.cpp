@@ -4,10 +4,10 @@
 
 #include "client/json.h"
 #include "client/scene.h"
+#include "client/summary.h"
 #include "client/terminal.h"
 #include "server/spec/channels.h"
 #include "server/spec/kinds.h"
-#include "server/spec/slice_grid.h"
 
 namespace kiln::client {
 
@@ -25,18 +25,6 @@ std::string in_thousands(double count) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", count);
     return text + std::string(units[unit]);
-}
-
-/// Of the image, in texels.
-std::string size_of(const JobSpec& job) {
-    if (is_measured(job.kind)) {
-        const SliceGrid grid = slice_grid(job);
-        return std::to_string(grid.width()) + " x " + std::to_string(grid.height());
-    }
-    std::string text;
-    for (const std::int64_t n : job.resolution)
-        text += (text.empty() ? "" : " x ") + std::to_string(n);
-    return text;
 }
 
 std::string channels_in_words(const JobSpec& job) {
@@ -179,7 +167,7 @@ std::vector<std::string> plan_lines(const ScenePlan& plan, const std::string& na
         std::vector<std::vector<std::string>> rows{
             {"table", "size", "roughness", "evaluations", "texels", "serves", "channels"}};
         for (const PlannedTable& table : plan.tables)
-            rows.push_back({table.name, size_of(table.job), roughness_of(table.job),
+            rows.push_back({table.name, image_size(table.job), roughness_of(table.job),
                             in_thousands(static_cast<double>(table.estimate.evaluations)),
                             format_bytes(table.estimate.bytes), std::to_string(table.serves.size()),
                             channels_in_words(table.job)});

@@ -7,6 +7,7 @@
 #include "client/terminal.h"
 #include "server/spec/channels.h"
 #include "server/spec/kinds.h"
+#include "server/spec/slice_grid.h"
 #include "server/spec/words.h"
 
 namespace kiln::client {
@@ -53,13 +54,6 @@ std::vector<std::string> error_table(const Report& report, const JobSpec& job) {
     return columns(rows);
 }
 
-std::string size_of(const JobSpec& job) {
-    std::string text;
-    for (const std::int64_t n : job.resolution)
-        text += (text.empty() ? "" : " x ") + std::to_string(n);
-    return text;
-}
-
 /// What was summed, and on what.
 std::string work_of(const Report& report, const JobSpec& job) {
     if (is_measured(job.kind))
@@ -86,12 +80,23 @@ std::string phases(const RunTime& time) {
 
 }  // namespace
 
+std::string image_size(const JobSpec& job) {
+    if (is_measured(job.kind)) {
+        const SliceGrid grid = slice_grid(job);
+        return format_size(grid.width(), grid.height());
+    }
+    if (job.kind != Kind::lut) return "";
+    std::vector<std::size_t> extent(job.resolution.begin(), job.resolution.end());
+    extent.resize(3, 1);
+    return format_size(extent[0], extent[1] * extent[2], extent[2]);
+}
+
 void summarise(const Report& report, const JobSpec& job, const Written& written) {
     const Terminal terminal = standard_error();
     if (!written.brief) {
         const std::string name = written.output == "-" ? "standard output" : written.output;
-        say(bold(terminal, printable(name)) + "  " +
-            (written.size.empty() ? size_of(job) : written.size) + " " +
+        const std::string size = image_size(job);
+        say(bold(terminal, printable(name)) + "  " + (size.empty() ? "" : size + " ") +
             std::string(to_word(job.pixel)) + ", " + format_bytes(written.byte_count) +
             (written.where.empty() ? "" : ", from " + printable(written.where)) +
             (written.cached ? ", cached" : ""));

@@ -95,6 +95,14 @@ std::vector<std::string> columns(const std::vector<std::vector<std::string>>& ro
     return lines;
 }
 
+std::string format_size(std::size_t width, std::size_t height, std::size_t slices) {
+    const auto by = [width](std::size_t rows) {
+        return std::to_string(width) + " x " + std::to_string(rows);
+    };
+    if (slices < 2) return by(height);
+    return by(height) + " (" + std::to_string(slices) + " slices of " + by(height / slices) + ")";
+}
+
 std::string format_bytes(std::size_t count) {
     const auto value = static_cast<double>(count);
     if (value < 1e3) return std::to_string(count) + " B";

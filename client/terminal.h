@@ -33,6 +33,8 @@ std::string dim(const Terminal& terminal, const std::string& text);
 /// Lines of left-aligned first and right-aligned further columns, two blanks between.
 std::vector<std::string> columns(const std::vector<std::vector<std::string>>& rows);
 
+/// 256 x 1; 4 x 15 (3 slices of 4 x 5)
+std::string format_size(std::size_t width, std::size_t height, std::size_t slices = 1);
 std::string format_bytes(std::size_t count);  ///< 197 kB
 std::string format_seconds(double seconds);   ///< 21 ms, 1.2 s, 3 min 05 s
 std::string format_error(double value);       ///< 2.1e-04; 0 for zero

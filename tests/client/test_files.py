@@ -51,8 +51,13 @@ class Info(KilnTest):
         for channel in info["channels"]:  # scale and bias are parts of an albedo
             self.assertTrue(0 <= channel["min"] < channel["mean"] < channel["max"] <= 1.001, channel)
         self.assertGreater(len(info["convention"]), 5)
-        for line in (*info["convention"], *info["metadata"], "16 x 8", "float"):
-            self.assertIn(line, text)
+        told = ("kiln.alpha_mapping", "kiln.axes", "kiln.channels")  # by the convention
+        for key, value in info["metadata"].items():
+            self.assertEqual(key in text, key not in told, key)
+            self.assertEqual(all(line in info["convention"] for line in value.splitlines()),
+                             key in told, key)
+        for line in (*info["convention"], "16 x 8 float, exr"):
+            self.assertEqual(text.count(line), 1, line)
         self.assertTrue(all(key.startswith("kiln.") for key in info["metadata"]))
 
     def test_figures_of_a_foreign_png(self):

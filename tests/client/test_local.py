@@ -98,10 +98,11 @@ class Bake(KilnTest):
 
     def test_info_says_how_a_table_of_slices_is_cut(self):
         example = os.path.join(SOURCE, "examples", "three_axes.json")
-        self.kiln("bake", example, "-o", "out.exr", "--local", "--set", "device=native",
-                  "--set", "sample_count=16", "--set", "resolution=[4,5,3]")
+        told = self.kiln("bake", example, "-o", "out.exr", "--local", "--set", "device=native",
+                         "--set", "sample_count=16", "--set", "resolution=[4,5,3]")[1]
         words = self.kiln("info", "out.exr")[0].decode()
-        self.assertIn("4 x 15 (3 slices of 4 x 5)", words.splitlines()[0])
+        for text in (told, words):
+            self.assertIn("out.exr  4 x 15 (3 slices of 4 x 5) half, ", text)
         self.assertIn("look up at v = (slice + (t (5 - 1) + 0.5)/5)/3", words)
 
     def test_unitys_third_channel_lacks_what_its_shader_adds(self):

@@ -19,6 +19,8 @@ TEST(Terminal, columns_line_up_by_characters_not_bytes) {
 }
 
 TEST(Terminal, figures) {
+    EXPECT_EQ(format_size(256, 1), "256 x 1");
+    EXPECT_EQ(format_size(4, 15, 3), "4 x 15 (3 slices of 4 x 5)");
     EXPECT_EQ(format_bytes(999), "999 B");
     EXPECT_EQ(format_bytes(197400), "197 kB");
     EXPECT_EQ(format_bytes(4300000000), "4.3 GB");
