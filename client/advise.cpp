@@ -74,6 +74,33 @@ std::string in_words(const Closest& closest) {
            where;
 }
 
+std::string pixels_in_words(ImageFormat format) {
+    std::string text = std::string(to_word(format)) + " has ";
+    for (const PixelType pixel : advised_pixels(format))
+        text += (text.ends_with("has ") ? "" : ", ") + std::string(to_word(pixel));
+    return text;
+}
+
+/// Why nothing is within a bound. The closest table has the finest pixel type of the job's format.
+std::string refusal(const std::optional<Closest>& closest, double max_error) {
+    const std::string start = "kiln: no table up to " +
+                              std::to_string(*std::rbegin(kAdvisedSizes)) +
+                              " texels a side stays within " + format_error(max_error);
+    if (!closest) return start;
+    const Candidate& table = closest->table;
+    if (table.quantisation + table.integration <= max_error) return start + in_words(*closest);
+    const std::string pixel(to_word(table.job.pixel));
+    std::string why =
+        "rounding to " + pixel + " alone is off by " + format_error(table.quantisation);
+    if (table.quantisation <= max_error)
+        why = "rounding to " + pixel + " (" + format_error(table.quantisation) +
+              ") and integration in float32 (" + format_error(table.integration) +
+              ") alone are above it";
+    why += "; " + pixels_in_words(table.job.format);
+    if (table.job.format != ImageFormat::exr) why += ", " + pixels_in_words(ImageFormat::exr);
+    return start + ", nor would a larger one: " + why;
+}
+
 }  // namespace
 
 Exit advise(const AdviseOptions& options) {
@@ -107,9 +134,7 @@ Exit advise(const AdviseOptions& options) {
     else if (!candidates.empty())
         print_table(candidates, options.max_error);
     if (!candidates.empty()) return Exit::done;
-    say("kiln: no table up to " + std::to_string(*std::rbegin(kAdvisedSizes)) +
-        " texels a side stays within " + format_error(options.max_error) +
-        (closest ? in_words(*closest) : ""));
+    say(refusal(closest, options.max_error));
     return Exit::different;
 }
 

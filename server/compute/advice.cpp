@@ -264,6 +264,12 @@ class Search {
 
 }  // namespace
 
+std::vector<PixelType> advised_pixels(ImageFormat format) {
+    std::vector<PixelType> types;
+    for (const Pixel& pixel : pixels_of(format)) types.push_back(pixel.type);
+    return types;
+}
+
 double quantisation_bound(PixelType pixel, double most) {
     switch (pixel) {
         case PixelType::uint8:

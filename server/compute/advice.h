@@ -45,6 +45,9 @@ std::vector<Candidate> advise(const JobSpec& job, double max_error, Backend& nat
                               ThreadPool& pool, const Control& control,
                               std::optional<Closest>* closest = nullptr);
 
+/// The pixel types that advice considers, the finest last.
+std::vector<PixelType> advised_pixels(ImageFormat format);
+
 /// The largest error of a pixel type for values up to `most`.
 double quantisation_bound(PixelType pixel, double most);
 

@@ -52,13 +52,27 @@ class Advise(KilnTest):
             self.assertLessEqual(candidate["total_max"], 0.02)
 
     def test_no_such_table_is_an_exit_status_of_its_own(self):
-        # 16 bits are off by 7.6e-6 alone.
-        job = dict(JOB, output={"format": "png", "pixel": "uint16"})
-        stdout, stderr = self.advise(job, 5e-6, status=6)
+        # A program's layout keeps its axes: linear in NoV, where E falls to 0 like a square root.
+        job = dict(JOB, layout="gltf")
+        stdout, stderr = self.advise(job, 2e-4, status=6)
         self.assertEqual(stdout, b"")
         self.assertIn("no table up to 4096", stderr)
-        self.assertRegex(stderr, r"closest is \d+ x \d+ .*uint16.*: off by [\d.e-]+ in "
+        self.assertRegex(stderr, r"closest is \d+ x \d+ .*float.*: off by [\d.e-]+ in "
                                  r"directional_albedo at NoV [\d.e-]+, roughness [\d.e-]+")
+
+    def test_what_no_size_helps_against_is_told(self):
+        # 16 bits are off by 7.6e-6 alone; floats by 3.0e-8, after an integration that is by 1.0e-6.
+        job = dict(JOB, output={"format": "png", "pixel": "uint16"})
+        for bound, made, words in (
+                (5e-6, job, "rounding to uint16 alone is off by 7.6e-06; "
+                            "png has uint8, uint16, exr has half, float"),
+                (1e-6, JOB, "rounding to float (3.0e-08) and integration in float32 (1.0e-06) "
+                            "alone are above it; exr has half, float")):
+            stdout, stderr = self.advise(made, bound, status=6)
+            self.assertEqual(stdout, b"")
+            self.assertIn("no table up to 4096", stderr)
+            self.assertIn("nor would a larger one: " + words, stderr)
+            self.assertNotIn("closest", stderr)
 
     def test_axes_that_do_not_matter_are_told_once(self):
         job = {"quantities": ["fresnel_average"], "resolution": [16],
