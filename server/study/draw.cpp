@@ -17,6 +17,7 @@ namespace {
 using charts::Box;
 
 constexpr double kMargin = 24, kChartWidth = 560, kLine = 19, kHead = 58;
+constexpr double kAnswerWidth = 58;  // "known" in bold, and a gap
 // Pixels a point: sharp on screens of today.
 constexpr double kPixels = 2, kPixelsPacked = 1.5;
 
@@ -93,8 +94,8 @@ class Sheet {
             if (!note)
                 charts::text(to, kMargin + 12, y, word.answer, 12, charts::Align::left, word.colour,
                              true);
-            charts::text(to, kMargin + (note ? 12 : 60), y, word.line, 12, charts::Align::left,
-                         note ? charts::kMuted : charts::kInk);
+            charts::text(to, kMargin + 12 + (note ? 0 : kAnswerWidth), y, word.line, 12,
+                         charts::Align::left, note ? charts::kMuted : charts::kInk);
             y += kLine;
         }
     }
@@ -152,7 +153,7 @@ class Sheet {
     /// Verdicts that hold are told by name where they are many: their words are in the other files.
     void collect_words() {
         constexpr std::size_t kMany = 16;
-        const double room = width_ - 2 * kMargin - 72;
+        const double room = width_ - 2 * kMargin - 24 - kAnswerWidth;
         std::string held;
         std::size_t count = 0;
         for (const Verdict& v : study_.verdicts) {

@@ -180,16 +180,20 @@ StudyTable table_of(const FurnaceTables& tables) {
 /// Every other roughness.
 std::vector<Chart> charts_of(const FurnaceTables& tables) {
     const int colours = tables.colours(Quantity::total_albedo);
-    FurnaceBalls balls{"Seen in a white furnace: what is brighter than the surroundings adds light",
-                       {}};
+    FurnaceBalls balls{
+        "Balls in a white furnace: one brighter than it adds light, a darker one loses some, one "
+        "that cannot be seen returns all",
+        {}};
     std::vector<LineChart> lines;
     for (int c = 0; c < colours; ++c)
-        lines.push_back({"Furnace value over angle" + in_colour(tables, c),
-                         "NoV",
-                         "total albedo",
-                         false,
-                         false,
-                         {}});
+        lines.push_back(
+            {"What it returns at each angle" + in_colour(tables, c) + "; 1 is all that comes in",
+             "NoV",
+             "total albedo",
+             false,
+             false,
+             {},
+             1.0});
     for (std::size_t y = 0; y < tables.roughnesses(); y += 2) {
         const std::string name = text("roughness %.3g", tables.roughness(y));
         FurnaceBall ball{name, {}};

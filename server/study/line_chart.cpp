@@ -65,7 +65,11 @@ class Scale {
             low_ = std::floor(low_ - 0.05);
             high_ = std::ceil(high_ + 0.05);
         } else {
-            const double margin = low_ == high_ ? 1 : 0.05 * (high_ - low_);
+            // Labels of three digits tell no less than a tenth of the values apart.
+            const double span = high_ - low_;
+            const double least = 0.1 * std::max(std::abs(low_), std::abs(high_));
+            double margin = std::max(0.05 * span, (least - span) / 2);
+            if (margin == 0) margin = 1;
             low_ -= margin;
             high_ += margin;
         }
@@ -190,9 +194,15 @@ void draw(cairo_t* to, const LineChart& chart, Box box) {
             for (const double value : *values) x.include(value);
         for (const double value : series.y) y.include(value);
     }
+    if (chart.level) y.include(*chart.level);
     x.settle();
     y.settle();
     draw_axes(to, chart, plot, x, y);
+    if (chart.level) {
+        set(to, kInk);
+        cairo_set_line_width(to, 1.4);
+        line(to, plot.x, y.at(*chart.level), plot.x + plot.width, y.at(*chart.level));
+    }
     for (std::size_t i = 0; i < chart.series.size(); ++i)
         draw_series(to, chart.series[i], x, y, look_of(chart.series[i], i));
     set(to, kInk);

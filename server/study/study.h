@@ -46,6 +46,7 @@ struct LineChart {
     std::string title, x_label, y_label;
     bool log_x = true, log_y = true;
     std::vector<Series> series;
+    std::optional<double> level{};  ///< of y, that the curves are held against
 };
 
 /// values[row * columns.size() + column], row 0 on top; NaN is a cell without a value. Colours run

@@ -66,9 +66,9 @@ Json to_json(const LineChart& chart) {
                           {"y", numbers(s.y)},
                           {"low", numbers(s.low)},
                           {"high", numbers(s.high)}});
-    return {{"chart", "lines"},         {"title", chart.title}, {"x_label", chart.x_label},
-            {"y_label", chart.y_label}, {"log_x", chart.log_x}, {"log_y", chart.log_y},
-            {"series", series}};
+    return {{"chart", "lines"},         {"title", chart.title},          {"x_label", chart.x_label},
+            {"y_label", chart.y_label}, {"log_x", chart.log_x},          {"log_y", chart.log_y},
+            {"series", series},         {"level", optional(chart.level)}};
 }
 
 Json to_json(const HeatMap& map) {
@@ -98,6 +98,7 @@ LineChart lines_of(const Json& json) {
     for (const Json& s : json.at("series"))
         chart.series.push_back({s.at("name"), numbers(s.at("x")), numbers(s.at("y")),
                                 numbers(s.at("low")), numbers(s.at("high"))});
+    if (json.contains("level")) chart.level = optional(json["level"]);  // older reports have none
     return chart;
 }
 
