@@ -132,7 +132,8 @@ std::string multiscatter_words(Multiscatter multiscatter) {
         case Multiscatter::kulla_conty_linear:
             return "kulla_conty_linear, (1 - E) F_avg E_avg / (1 - F_avg (1 - E_avg))";
         case Multiscatter::turquin:
-            return "turquin (2019), single scattering times 1 + F(1) (1 - E) / E";
+            return "turquin (2019), single scattering times 1 + F(1) (1 - E) / E, F(1) at normal "
+                   "incidence";
     }
     return "";
 }

@@ -194,7 +194,7 @@ TEST(Convention, ModelsInWords) {
             "layout":{"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},
                       "z":{"parameter":"f0"}}})";
     EXPECT_TRUE(says(depth, "f0 along z, f90 1"));
-    EXPECT_TRUE(says(depth, "1 + F(1) (1 - E) / E"));
+    EXPECT_TRUE(says(depth, "1 + F(1) (1 - E) / E, F(1) at normal incidence"));
     EXPECT_TRUE(says(canonical(job_of(depth)), "f0 along z"));
     EXPECT_TRUE(says(R"({"quantities":["specular_albedo"],"resolution":[2,2,3],"layout":
         {"x":{"parameter":"NoV"},"y":{"parameter":"roughness"},
