@@ -86,7 +86,10 @@ class Reader {
             for (const Json& entry : at("/quantities"))
                 job_.quantities.push_back(word<Quantity>(entry));
         }
-        if (sound("/resolution"))
+        const LayoutPreset* preset = sound("/layout") ? layout_preset(job_.layout) : nullptr;
+        if (preset && !preset->resolution.empty() && !given_.contains("resolution"))
+            job_.resolution = preset->resolution;
+        else if (sound("/resolution"))
             job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
         read_number(job_.target_error, "/target_error");

@@ -36,16 +36,16 @@ std::vector<LayoutPreset> make_presets() {
          .single_axis = kRoughness,
          .channel_sets = {}},
         {.name = "unreal",
-         .program = "Unreal Engine 4 (PreintegratedGF, 128 x 32, 16-bit UNORM)",
+         .program = "Unreal Engine 4 (PreintegratedGF, 16-bit UNORM)",
          .axes = {kNoV, kRoughness},
-         .single_axis = {},
+         .resolution = {128, 32},
          .masking = Masking::unreal_joint,
          .channel_sets = {{split.quantities, "for F0 A + saturate(50 F0.g) B, not F90 B"}}},
         {.name = "unity",
-         .program = "Unity HDRP (PreIntegratedFGD, 64 x 64)",
+         .program = "Unity HDRP (PreIntegratedFGD)",
          .axes = {{.parameter = Parameter::NoV, .mapping = Mapping::sqrt, .grid = Grid::node},
                   {.parameter = Parameter::roughness, .grid = Grid::node}},
-         .single_axis = {},
+         .resolution = {64, 64},
          .channel_sets = {lerped,
                           {{split_sum_bias, directional_albedo, diffuse_albedo},
                            "with Disney's diffuse (burley) minus 0.5",
@@ -54,41 +54,41 @@ std::vector<LayoutPreset> make_presets() {
         {.name = "filament",
          .program = "Filament (cmgen --ibl-dfg: rows one texel high)",
          .axes = {kNoV, one_texel_high(1)},
-         .single_axis = {},
+         .resolution = {128, 128},
          .channel_sets = {{lerped.quantities, "--ibl-dfg-multiscatter"},
                           {cloth, "--ibl-dfg-multiscatter --ibl-dfg-cloth"},
                           {split.quantities, "without it"}}},
         {.name = "godot",
-         .program = "Godot 4 (integrate_dfg, 128 x 128: rows one texel high, row 0 beyond 1)",
+         .program = "Godot 4 (integrate_dfg: rows one texel high, row 0 beyond 1)",
          .axes = {kNoV, one_texel_high(kUnbounded)},
-         .single_axis = {},
+         .resolution = {128, 128},
          .masking = Masking::karis_ibl,
          .channel_sets = {{cloth, "with cloth; its A is 1"}, lerped}},
         {.name = "threejs",
-         .program = "three.js (DFGLUTData, 16 x 16)",
+         .program = "three.js (DFGLUTData)",
          .axes = {kRoughness, kNoV},
-         .single_axis = {},
+         .resolution = {16, 16},
          .channel_sets = {split}},
         {.name = "babylon",
-         .program = "Babylon.js (environmentBRDF, 256 x 256)",
+         .program = "Babylon.js (environmentBRDF)",
          .axes = {kNoV, kRoughness},
-         .single_axis = {},
+         .resolution = {256, 256},
          .channel_sets = {{cloth,
                            "with sheen; its PNG is RGBD, which Kiln does not write, and lies a "
                            "texel lower than its shader reads it: row i at roughness "
                            "(i + 1.5)/256"},
                           lerped}},
         {.name = "cycles",
-         .program = "Blender Cycles (table_ggx_E 32 x 32, table_ggx_Eavg 32)",
+         .program = "Blender Cycles (table_ggx_E, table_ggx_Eavg)",
          .axes = {kCyclesRoughness,
                   {.parameter = Parameter::NoV, .grid = Grid::node, .least = kCyclesLeast}},
          .single_axis = kCyclesRoughness,
+         .resolution = {32, 32},
          .channel_sets = {{{directional_albedo}, "table_ggx_E"},
                           {{average_albedo}, "table_ggx_Eavg, one entry in resolution"}}},
         {.name = "gltf",
          .program = "glTF-IBL-Sampler and glTF-Sample-Viewer (lut_ggx)",
          .axes = {kNoV, kRoughness},
-         .single_axis = {},
          .channel_sets = {{{split_sum_scale, split_sum_bias, sheen_albedo}, "with Charlie"},
                           split}},
     };
@@ -135,8 +135,11 @@ double added_by_shader(const JobSpec& job, Quantity quantity) {
 std::vector<std::string> layout_lines(const JobSpec& job) {
     const LayoutPreset* preset = layout_preset(job.layout);
     if (!preset || preset->program.empty()) return {};
+    std::string size;
+    for (const std::int64_t n : preset->resolution)
+        size += (size.empty() ? ", " : " x ") + std::to_string(n);
     std::vector<std::string> lines{"layout " + preset->name + ": as read by " + preset->program +
-                                   ", masking " + std::string(to_word(preset->masking))};
+                                   size + ", masking " + std::string(to_word(preset->masking))};
     for (const ChannelSet& set : preset->channel_sets)
         lines.push_back("layout " + preset->name + " reads " + channels_of_set(set) + " (" +
                         set.table + ")");

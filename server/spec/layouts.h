@@ -21,9 +21,11 @@ struct ChannelSet {
 /// How one program reads its table. The name of a preset is what a job stores.
 struct LayoutPreset {
     std::string name;
-    std::string program;              ///< for people; empty for Kiln's own layout
-    std::vector<Axis> axes;           ///< of two entries in resolution
-    std::optional<Axis> single_axis;  ///< of one entry, where the program has such a table
+    std::string program;                ///< for people; empty for Kiln's own layout
+    std::vector<Axis> axes;             ///< of two entries in resolution
+    std::optional<Axis> single_axis{};  ///< of one entry, where the program has such a table
+    /// Of the program's own table, where the document names none; empty where it takes any.
+    std::vector<std::int64_t> resolution{};
     /// Of distribution ggx, where the document names none. Other distributions have their own.
     Masking masking = Masking::smith_correlated;
     std::vector<ChannelSet> channel_sets;  ///< empty where any will do

@@ -49,6 +49,37 @@ TEST(Layouts, MaskingIsTheProgramsWhereTheDocumentNamesNone) {
               Masking::karis_ibl);
 }
 
+/// As the contract writes it: "unity 64 x 64".
+std::string size_in_words(const LayoutPreset& preset) {
+    return std::to_string(preset.resolution[0]) + " x " + std::to_string(preset.resolution[1]);
+}
+
+TEST(Layouts, ResolutionIsTheProgramsWhereTheDocumentNamesNone) {
+    const Json contract = Json::parse(openapi_text());
+    const std::string told =
+        contract["components"]["schemas"]["Job"]["properties"]["resolution"]["description"];
+    for (const LayoutPreset& preset : layout_presets()) {
+        const std::vector<std::int64_t> usual{256, 256};
+        const bool own = !preset.resolution.empty();
+        EXPECT_EQ(job_of(preset.name).resolution, own ? preset.resolution : usual) << preset.name;
+        EXPECT_EQ(own, told.find(preset.name) != told.npos) << preset.name;
+        EXPECT_EQ(job_of(preset.name, R"(,"resolution":[8,4])").resolution,
+                  (std::vector<std::int64_t>{8, 4}));
+        if (!own) continue;
+        const std::string words = told.substr(told.find(preset.name));
+        EXPECT_EQ(words.find(size_in_words(preset)), words.find_first_of("0123456789"))
+            << preset.name;
+    }
+    // As the published tables are: facts of the programs.
+    EXPECT_EQ(job_of("unreal").resolution, (std::vector<std::int64_t>{128, 32}));
+    EXPECT_EQ(job_of("threejs").resolution, (std::vector<std::int64_t>{16, 16}));
+    // An object with the axes of a preset is no preset.
+    EXPECT_EQ(parse_job(R"({"quantities":["directional_albedo"],"layout":{"x":{"parameter":)"
+                        R"("roughness"},"y":{"parameter":"NoV"}}})")
+                  .resolution,
+              (std::vector<std::int64_t>{256, 256}));
+}
+
 TEST(Layouts, WhatTheDocumentSaysStays) {
     const JobSpec given =
         job_of("godot", R"(,"microfacet":{"masking":"smith_correlated"},"importance":"cosine")");
