@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/terminal.h"
+
 namespace kiln::client {
 
 namespace {
 
 std::string size_of(const Table& table) {
-    return std::to_string(table.width) + " × " + std::to_string(table.height) + " texels";
+    return format_size(table.width, table.height) + " texels";
 }
 
 std::string names_of(const Table& table) {

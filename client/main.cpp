@@ -36,8 +36,10 @@ void add_files(CLI::App& app, Arguments& arguments) {
         [&arguments] { arguments.run = [&] { return info(arguments.file, arguments.json); }; });
 
     CLI::App& diff_command = *app.add_subcommand("diff", "Compare two tables texel by texel");
-    diff_command.add_option("a", arguments.file)->required()->type_name("A");
-    diff_command.add_option("b", arguments.other_file)->required()->type_name("B");
+    diff_command.add_option("a", arguments.file, "an EXR or PNG, - for standard input")
+        ->required()
+        ->type_name("A");
+    diff_command.add_option("b", arguments.other_file, "another")->required()->type_name("B");
     diff_command
         .add_option("--max-error", arguments.max_error,
                     "largest difference that still passes; else 0")
@@ -94,7 +96,8 @@ void add_jobs(CLI::App& app, Arguments& arguments) {
 void add_phi_in(CLI::App& command, std::optional<double>& phi_in) {
     command
         .add_option("--phi-in", phi_in,
-                    "azimuth of the light on a material that turns, degrees; else the mean of all")
+                    "azimuth of the light on a material that turns; else the mean of all")
+        ->type_name("DEGREES")
         ->check(number_within(0.0, 360.0));
 }
 
@@ -108,15 +111,19 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
         ->type_name("FILE");
     command.add_option("--sidecar", options.sidecar, "what a shader has to know, as JSON")
         ->type_name("FILE");
-    command.add_option("--theta-in", options.theta_in, "degrees; else 0 to 60 by 5")
+    command
+        .add_option("--theta-in", options.theta_in, "incidences of the slices; else 0 to 60 by 5")
         ->delimiter(',')
-        ->type_name("A,B,…");
+        ->type_name("DEGREES,…");
     add_phi_in(command, options.phi_in);
-    command.add_option("--width", options.width, "of a slice; else 361")
+    command.add_option("--width", options.width, "texels of a slice; else 361")
+        ->type_name("N")
         ->check(number_within(2, 4096));
-    command.add_option("--height", options.height, "of a slice; else 181")
+    command.add_option("--height", options.height, "texels of a slice; else 181")
+        ->type_name("N")
         ->check(number_within(2, 4096));
     command.add_option("--gutter", options.gutter, "texels around each cell; else 0")
+        ->type_name("N")
         ->check(number_within(0, 64));
     command
         .add_option("--extrapolation-p", options.extrapolation.p,
@@ -147,7 +154,7 @@ void add_slices(CLI::App& measure, Arguments& arguments) {
 void add_upload(CLI::App& measure, Arguments& arguments) {
     CLI::App& command = *measure.add_subcommand(
         "upload", "Give measured files to a server and print their ids for jobs");
-    command.add_option("files", arguments.files)->required()->type_name("FILE");
+    command.add_option("files", arguments.files, "measured files")->required()->type_name("FILE");
     add_server(command, arguments.server.server);
     add_json(command, arguments);
     command.footer("Example:\n  kiln measure upload paint.bsdf felt.bsdf");
@@ -160,12 +167,16 @@ void add_view(CLI::App& measure, Arguments& arguments) {
     CLI::App& command = *measure.add_subcommand(
         "view", "Draw a measured file's reflection lobe, or a sphere of its material");
     ViewOptions& options = arguments.view;
-    command.add_option("file", options.file)->required()->type_name("FILE");
+    command.add_option("file", options.file, "a measured file, - for standard input")
+        ->required()
+        ->type_name("FILE");
     command.add_option("-o,--output", options.output, "a .png")->required()->type_name("FILE");
-    command.add_option("--theta-in", options.theta_in, "of the lobe's light, degrees; else 30")
+    command.add_option("--theta-in", options.theta_in, "of the lobe's light; else 30")
+        ->type_name("DEGREES")
         ->check(number_within(0.0, 89.0));
     add_phi_in(command, options.phi_in);
     command.add_option("--size", options.size, "pixels along the picture; else 640")
+        ->type_name("N")
         ->check(number_within(64, 2048));
     command.add_flag("--sphere", options.sphere,
                      "a lit sphere in place of the lobe; goes without --theta-in");

@@ -233,6 +233,18 @@ class Refuse(KilnTest):
         for command in ("bake", "info", "diff", "ls", "cancel"):
             self.assertIn(b"Example", self.kiln(command, "--help")[0])
 
+    def test_help_is_in_words_for_every_argument(self):
+        commands = [("bake",), ("plan",), ("convergence",), ("furnace",), ("stability",),
+                    ("advise",), ("info",), ("diff",), ("devices",), ("ls",), ("cancel",),
+                    *(("measure", word) for word in ("info", "fit", "slices", "upload", "view"))]
+        for command in commands:
+            text = self.kiln(*command, "--help")[0].decode().split("\nExample")[0]
+            arguments = re.findall(r"^  (\S.*)$", text, re.M)
+            self.assertTrue(arguments, command)
+            for argument in arguments:  # what it is called, two blanks or more, what it is
+                self.assertRegex(argument, r"\S  +\S", command)
+                self.assertNotRegex(argument, r" (FLOAT|UINT|INT|TEXT)\b", command)
+
     def test_control_characters_of_a_job_do_not_reach_the_terminal(self):
         self.write("job.json", '{"quantities": ["split_sum_scale"], "\\u001b[2J": 1}')
         _, stderr = self.kiln("bake", "job.json", "-o", "x.exr", "--local", exit_status=3)
