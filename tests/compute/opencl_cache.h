@@ -24,4 +24,7 @@ inline void use_own_opencl_cache() {
     static const Folder folder;
 }
 
+/// One for all processes of a build, where most of the programs are compiled by several.
+inline void share_opencl_cache() { setenv("POCL_CACHE_DIR", KILN_BINARY_DIR "/opencl-cache", 0); }
+
 }  // namespace kiln::test
