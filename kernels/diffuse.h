@@ -35,10 +35,13 @@ KILN_FUNCTION real diffuse_mix(real a, real b, real weight) { return lane_fma(we
 // V·L less its part along the normal.
 KILN_FUNCTION real diffuse_tangential(Directions d) { return d.sinV * d.sinL * d.cos_phi; }
 
-// The greater cosine, as a divisor. Where both are 0 the Oren-Nayar family has a pole: it gets 1.
+// Cosines as a divisor. Where both are 0 the Oren-Nayar family has a pole: it gets 1, as where
+// they are so small that a quotient is infinite.
+KILN_FUNCTION real diffuse_divisor(real cosine) {
+    return lane_select(cosine >= KILN_TINY, cosine, lanes(K(1.0)));
+}
 KILN_FUNCTION real diffuse_greater_cosine(Directions d) {
-    const real cosine = lane_max(d.NoV, d.NoL);
-    return lane_select(cosine > K(0.0), cosine, lanes(K(1.0)));
+    return diffuse_divisor(lane_max(d.NoV, d.NoL));
 }
 
 KILN_FUNCTION real diffuse_lambert(Directions d, real roughness, scalar albedo) {
@@ -81,7 +84,7 @@ KILN_FUNCTION real diffuse_oren_nayar(Directions d, real roughness, scalar albed
 // x = 1 − 2 a / π. Then sin a − (2 b / π)³ = x_b (3 − 3 x_b + x_b²) − (1 − sin a), which meets its
 // factor tan b → ∞ with all its digits.
 KILN_FUNCTION real diffuse_oren_nayar_full(Directions d, real roughness, scalar albedo) {
-    const real one = lanes(K(1.0)), zero = lanes(K(0.0));
+    const real zero = lanes(K(0.0));
     const real sigma2 = roughness * roughness;
     const real flat = sigma2 / (sigma2 + K(0.09));
     const real two_over_pi = lanes(K(0.63661977236758134));
@@ -91,7 +94,7 @@ KILN_FUNCTION real diffuse_oren_nayar_full(Directions d, real roughness, scalar 
     const real cos_b = diffuse_greater_cosine(d);
     const real tan_b = lane_min(d.sinV, d.sinL) / cos_b;
     const real cosines = d.NoV + d.NoL;
-    const real tan_mean = (d.sinV + d.sinL) / lane_select(cosines > K(0.0), cosines, one);
+    const real tan_mean = (d.sinV + d.sinL) / diffuse_divisor(cosines);
     const real away =
         xb * lane_fma(xb, xb - K(3.0), lanes(K(3.0))) - cos_a * cos_a / (K(1.0) + sin_a);
     const real across = lane_select(d.cos_phi < zero, away, sin_a);

@@ -101,15 +101,16 @@ KILN_FUNCTION real quadrature_lost(Eye eye, KILN_GLOBAL const scalar* nodes,
     return sum * eye.po;
 }
 
+// A cosine is squared beside others, and 1 over that must be a number: in float from 5e-20 on.
 #undef KILN_ALPHA_MIN
+#undef KILN_NOV_MIN
 #if KILN_DOUBLE
 #define KILN_ALPHA_MIN K(1e-12)
+#define KILN_NOV_MIN K(1e-25)
 #else
 #define KILN_ALPHA_MIN K(1e-8)
+#define KILN_NOV_MIN K(1e-18)
 #endif
-
-#undef KILN_NOV_MIN
-#define KILN_NOV_MIN K(1e-25)
 
 // `nodes`: (node, weight) of the Gauss–Legendre rule of `order` nodes on [0, 1] by rising node,
 // then those of order / 2, then those of the azimuth. `model`: the Fresnel term in B, with its

@@ -13,9 +13,9 @@
 namespace kiln {
 
 /// Every distribution under every masking that it takes, by every importance that draws it: what a
-/// job document may say, as the kernels number it, with no term yet.
-inline std::vector<KernelMaterial> every_lobe() {
-    std::vector<KernelMaterial> lobes;
+/// job document may say.
+inline std::vector<JobSpec> every_lobe_job() {
+    std::vector<JobSpec> lobes;
     const auto add = [&](std::string_view distribution, std::string_view masking,
                          std::string_view importance, bool softened) {
         std::string job = R"({"quantities":["directional_albedo"],"importance":")";
@@ -26,7 +26,7 @@ inline std::vector<KernelMaterial> every_lobe() {
         job += masking;
         job += softened ? R"(","terminator_softening":true}})" : "\"}}";
         try {
-            lobes.push_back(lobe_of(parse_job(job)));
+            lobes.push_back(parse_job(job));
         } catch (const InvalidJob&) {
             // no such lobe
         }
@@ -36,6 +36,13 @@ inline std::vector<KernelMaterial> every_lobe() {
             for (const std::string_view importance : words<Importance>())
                 for (const bool softened : {false, true})
                     add(distribution, masking, importance, softened);
+    return lobes;
+}
+
+/// The same as the kernels number it, with no term yet.
+inline std::vector<KernelMaterial> every_lobe() {
+    std::vector<KernelMaterial> lobes;
+    for (const JobSpec& job : every_lobe_job()) lobes.push_back(lobe_of(job));
     return lobes;
 }
 

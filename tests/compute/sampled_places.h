@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "server/base/error.h"
 #include "server/compute/axes.h"
 #include "server/compute/quadrature.h"
 #include "tests/compute/against_reference.h"
+#include "tests/compute/opencl_cache.h"
 
 // Tables of a few places between chosen ends, beside quadrature at the very numbers that the
 // kernels get.
@@ -80,6 +86,54 @@ class Baker {
 
   private:
     Engine engine_;
+};
+
+/// Holds what native baked against OpenCL: the first job of each kind in a process, kinds being
+/// jobs that differ in more than the seed. Long ones are left out.
+class HeldOnOpenCl {
+  public:
+    void hold(JobSpec job, const Outcome& native) {
+        constexpr std::int64_t kSamplesMax = 16384;
+        JobSpec kind = job;
+        kind.seed = 0;
+        if (missing_ || job.sample_count > kSamplesMax || std::ranges::count(kinds_, kind)) return;
+        kinds_.push_back(kind);
+        job.device = DeviceChoice::opencl;
+        try {
+            compare(engine_.run(job, Control{}, /*standard_error_planes=*/true), native);
+        } catch (const Error& error) {
+            if (error.code() != "device_unavailable") throw;
+            missing_ = true;
+            std::printf("nothing is held on OpenCL: %s\n", error.what());
+        }
+    }
+
+  private:
+    static void compare(const Outcome& opencl, const Outcome& native) {
+        EXPECT_EQ(opencl.report.device.backend, "opencl");
+        EXPECT_EQ(opencl.report.device.numerics, native.report.device.numerics);
+        EXPECT_TRUE(opencl.table.planes == native.table.planes);
+        EXPECT_TRUE(opencl.standard_errors == native.standard_errors);
+    }
+
+    Engine engine_{EngineOptions{}};
+    std::vector<JobSpec> kinds_;
+    bool missing_ = false;
+};
+
+/// As Baker, for figures that are asked of both backends: the same bits make them one figure.
+class BakerOnBoth {
+  public:
+    Outcome operator()(const JobSpec& job) {
+        Outcome outcome = bake_(job);
+        test::share_opencl_cache();
+        static HeldOnOpenCl on_opencl;
+        on_opencl.hold(job, outcome);
+        return outcome;
+    }
+
+  private:
+    Baker bake_;
 };
 
 inline double log2_slope(const std::vector<double>& errors) {

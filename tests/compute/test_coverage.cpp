@@ -66,7 +66,7 @@ SecondLook look_again(JobSpec job, std::size_t quantity, std::size_t texel) {
     const double truth = truth_of(one)[quantity][0];
     SecondLook seen;
     std::vector<double> errors;
-    Baker bake;
+    BakerOnBoth bake;
     for (int trial = 0; trial < kMoreTrials; ++trial) {
         one.seed = static_cast<std::uint64_t>(trial) + 100000;
         const Outcome outcome = bake(one);
@@ -117,7 +117,7 @@ TEST_P(Coverage, IsWhatTheStandardErrorPromises) {
     const std::size_t quantities = job.quantities.size();
     std::vector<std::vector<int>> inside(quantities, std::vector<int>(truth[0].size())),
         wide = inside;
-    Baker bake;
+    BakerOnBoth bake;
     for (int trial = 0; trial < kTrials; ++trial) {
         job.seed = static_cast<std::uint64_t>(trial) + 1000;
         const Outcome outcome = bake(job);
@@ -190,7 +190,7 @@ INSTANTIATE_TEST_SUITE_P(
 // The other half of N10, at 32 replicates: two jobs of 16. Student's t with 30 degrees of freedom
 // is above 5 once in 43000 draws.
 TEST(CoverageOfAll, N10NoErrorIsAboveFiveStandardErrors) {
-    Baker bake;
+    BakerOnBoth bake;
     double most = 0;
     for (const Masking masking : {Masking::smith_correlated, Masking::smith_separable})
         for (const std::int64_t samples : {1024, 4096}) {
@@ -271,7 +271,7 @@ class Held {
     }
 
   private:
-    Baker bake_;
+    BakerOnBoth bake_;
     double pooled_ = 0, count_ = 0;
 };
 
@@ -321,7 +321,7 @@ TEST(StiffDeficit, AveragesHaveItToo) {
     job.precision = Precision::float64;
     const Values truth = truth_of_averages(job);
     const Places places = Places::averaged(job);
-    Baker bake;
+    BakerOnBoth bake;
     for (int seed = 1; seed <= 16; ++seed) {
         job.seed = static_cast<std::uint64_t>(seed);
         const Outcome outcome = bake(job);

@@ -77,6 +77,33 @@ TEST(QuadratureOfDiffuse, IsThatOfTheReferenceInDouble) {
         }
 }
 
+// One over these cosines is infinite in float: the Oren-Nayar family had no value there.
+TEST(QuadratureOfDiffuse, FloatHoldsAtViewsAlongTheSurface) {
+    ThreadPool pool(1);
+    const auto backend = make_native_backend(pool, usable_instruction_sets().front());
+    std::vector<double> NoV, alpha;
+    for (const float cosine : {3e-45f, 6e-42f, 2e-39f, 1e-37f, 1e-20f})
+        for (const float width : {1e-4f, 0.25f, 1.0f}) {
+            NoV.push_back(cosine);
+            alpha.push_back(width);
+        }
+    QuadratureParameters parameters{};
+    parameters.back() = kAlbedo;
+    for (const DiffuseModel model : models()) {
+        const DiffuseRule rule{static_cast<int>(model) - static_cast<int>(DiffuseModel::lambert)};
+        const auto albedo = [&](Precision precision, double tolerance) {
+            return integrate_quadrature(*backend, {rule, precision}, {NoV, alpha, parameters, {}},
+                                        {tolerance, 0})
+                .E;
+        };
+        const auto narrow = albedo(Precision::float32, 1e-6);
+        const auto wide = albedo(Precision::float64, 1e-9);
+        for (std::size_t i = 0; i < NoV.size(); ++i)
+            EXPECT_NEAR(narrow[i], wide[i], 1.5e-6)
+                << to_word(model) << ", NoV " << NoV[i] << ", alpha " << alpha[i];
+    }
+}
+
 struct Baked {
     JobSpec job;
     Outcome outcome;

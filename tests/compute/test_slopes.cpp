@@ -25,7 +25,7 @@ using Errors = std::vector<std::vector<std::vector<double>>>;
 
 Errors errors_of(JobSpec job, const std::vector<Values>& truth, int doublings) {
     Errors errors(truth.size(), std::vector(truth[0].size(), std::vector<double>()));
-    Baker bake;
+    BakerOnBoth bake;
     for (int level = 0; level < doublings; ++level) {
         job.sample_count = 1024 << level;
         for (auto& quantity : errors)
@@ -172,7 +172,7 @@ void hold(JobSpec job, const Effort& effort, const char* name) {
     job.precision = effort.precision;
     job.sample_count = effort.sample_count;
     const std::vector<Values> truth = truth_of(job);
-    const Outcome outcome = Baker()(job);
+    const Outcome outcome = BakerOnBoth()(job);
     double most = 0;
     for (std::size_t q = 0; q < 4; ++q)
         for (std::size_t i = 0; i < truth[q].size(); ++i) {

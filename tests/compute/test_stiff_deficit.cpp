@@ -28,7 +28,7 @@ DeficitError deficit_error(double NoV, double alpha, std::int64_t sample_count) 
     const double truth =
         quadrature_deficit(static_cast<float>(NoV), static_cast<float>(alpha), job.masking);
     DeficitError found;
-    Baker bake;
+    BakerOnBoth bake;
     for (int seed = 1; seed <= kSeeds; ++seed) {
         job.seed = static_cast<std::uint64_t>(seed);
         const Outcome outcome = bake(job);
@@ -83,7 +83,7 @@ std::vector<double> errors_of_B(JobSpec job) {
     constexpr int kSeeds = 64;
     const std::vector<double> truth = truth_of(job)[1];
     std::vector<double> rms(truth.size());
-    Baker bake;
+    BakerOnBoth bake;
     for (int seed = 1; seed <= kSeeds; ++seed) {
         job.seed = static_cast<std::uint64_t>(seed);
         const Outcome outcome = bake(job);

@@ -10,7 +10,7 @@
 #include "server/spec/contract.h"
 #include "server/spec/spec.h"
 #include "server/worker/bake.h"
-#include "tests/measured/opencl_cache.h"
+#include "tests/compute/opencl_cache.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {

@@ -13,8 +13,8 @@
 #include "server/compute/opencl.h"
 #include "server/measured/predicted_error.h"
 #include "server/measured/resample.h"
+#include "tests/compute/opencl_cache.h"
 #include "tests/measured/files.h"
-#include "tests/measured/opencl_cache.h"
 #include "tests/measured/synthetic.h"
 
 namespace kiln {

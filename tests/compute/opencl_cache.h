@@ -11,7 +11,7 @@ namespace kiln::test {
 /// A cache of PoCL's for this process, until its end: PoCL reads the name of the folder once.
 inline void use_own_opencl_cache() {
     struct Folder {
-        std::string name = KILN_BINARY_DIR "/opencl-measured-XXXXXX";
+        std::string name = KILN_BINARY_DIR "/opencl-cache-XXXXXX";
         Folder() {
             EXPECT_NE(mkdtemp(name.data()), nullptr);
             setenv("POCL_CACHE_DIR", name.c_str(), 1);
@@ -23,5 +23,8 @@ inline void use_own_opencl_cache() {
     };
     static const Folder folder;
 }
+
+/// One for all processes of a build, where most of the programs are compiled by several.
+inline void share_opencl_cache() { setenv("POCL_CACHE_DIR", KILN_BINARY_DIR "/opencl-cache", 0); }
 
 }  // namespace kiln::test
