@@ -9,7 +9,8 @@
 
 // No words of their own: the deficit alone, see weigh(); visible normals above the horizon,
 // visible_lights.h; these on both sides of a rim, parted_lights.h; the deficit of averages,
-// horizon_normals.h.
+// horizon_normals.h. The last three bring a weight of their own, the last two one of E: batch.h and
+// weigh() go by this order.
 #define KILN_IMPORTANCE_LOG_TANGENTS KILN_IMPORTANCE_COUNT
 #define KILN_IMPORTANCE_HORIZON_NORMALS (KILN_IMPORTANCE_COUNT + 1)
 #define KILN_IMPORTANCE_VISIBLE_LIGHTS (KILN_IMPORTANCE_COUNT + 2)

@@ -43,15 +43,15 @@ KILN_FUNCTION Span transmitted_span(View view, scalar rim, real c, scalar cos_ph
     const real along = lane_select(b > none, sum, lane_max(c, none));
     const real across = lane_select(b > none, a, sum);
     const real along2 = along * along, across2 = across * across, all = along2 + across2;
-    const real inverse = one / lane_select(all > none, all, one);
+    const real inverse = one / lane_select(all >= KILN_TINY, all, one);
     const real before = lane_max(-c, none), before2 = before * before;
     const real from = lane_fma(sum, sum, before2);
     Span span;
-    span.end_sin2 = lane_select(all > none, along2 * inverse, one);
+    span.end_sin2 = lane_select(all >= KILN_TINY, along2 * inverse, one);
     span.end_cos2 = across2 * inverse;
     span.begin_sin2 = before2 / lane_select(from > none, from, one);
-    // Neither is anywhere.
-    span.begin_sin2 = lane_select(lane_max(square, c) > none, span.begin_sin2, span.end_sin2);
+    // Neither is anywhere; along the horizon both round to what has no inverse.
+    span.begin_sin2 = lane_select(lane_max(square, c) >= KILN_TINY, span.begin_sin2, span.end_sin2);
     return span;
 }
 

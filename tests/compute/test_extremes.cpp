@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random extreme inputs through the kernels: nothing that is not finite, nothing outside its proven
 // range, and of a part the same bits from OpenCL. KILN_EXTREME_INPUTS=100000000 is the long form,
-// half an hour of two cores.
+// some 25 minutes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -18,7 +19,7 @@ namespace kiln {
 namespace {
 
 /// Places that share one launch, its material and its points.
-constexpr std::size_t kPlaces = 2048;
+constexpr std::size_t kPlaces = 256;
 constexpr std::int64_t kSamples = 32;
 
 using namespace extremes;
@@ -43,7 +44,10 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
         if (what.diffuse == 0) return {0, 1 - F_min};                 // Lambert
         if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};    // Burley: (1 + 3/2)²
         if (what.diffuse == KILN_DIFFUSE_GGX_LAMBERT) return {0, 1};  // a walk's shares
-        return {F_min < 0 ? -infinite : 0, infinite};                 // 1 / NoL at grazing views
+        // The full Oren-Nayar lobe is negative between grazing directions on opposite sides, where
+        // C1 less .45 (6 / π) σ² / (σ² + .09) is -.16 at the least; 1 / NoL at grazing views.
+        const double least = what.diffuse == KILN_DIFFUSE_OREN_NAYAR_FULL ? -0.16 : 0;
+        return {F_min < 0 ? -infinite : least, infinite};
     }
     // G2 / G1 of the view is a probability under both Smith forms; Beckmann's D is at most 4 / e
     // times GGX's where its visible normals are drawn, and its G1 need not be less. By other
@@ -182,7 +186,14 @@ void hold_ranges(const Extreme<Scalar>& extreme) {
             for (std::size_t i = 0; i < kPlaces; ++i) {
                 const double mean = static_cast<double>(extreme.sums[row * kPlaces + i]) /
                                     static_cast<double>(batch.point_count);
-                if (mean >= range.lo - 2e-6 && mean <= range.hi + 2e-6) continue;
+                // Of 1 - F, which may be -6e-7 by rounding, times a lobe that has no bound.
+                const bool beside_lobe = term >= kTransmitted && what.terms >> kDiffuse & 1;
+                const double lobe =
+                    beside_lobe ? static_cast<double>(extreme.sums[(row - 3) * kPlaces + i]) /
+                                      static_cast<double>(batch.point_count)
+                                : 0;
+                const double rounding = 2e-6 * std::max(1.0, lobe);
+                if (mean >= range.lo - rounding && mean <= range.hi + rounding) continue;
                 // A mean of two draws for the deficit alone may be any weight that is not negative.
                 if (what.terms == 1 << kDeficit && mean > 0 && std::isfinite(mean)) continue;
                 ADD_FAILURE() << mean << " of term " << term << " at NoV " << extreme.texels[i]
@@ -232,10 +243,10 @@ class ExtremesOnOpenCl : public OnBoth {
     }
 };
 
-// Half a million a run.
+// An eighth of them.
 TEST_F(ExtremesOnOpenCl, SampleToTheSameBits) {
     Draw draw(20261);
-    for (std::size_t done = 0; done < input_count() / 2; done += 2 * kPlaces) {
+    for (std::size_t done = 0; done < input_count() / 8; done += 2 * kPlaces) {
         check<float>(draw);
         check<double>(draw);
         if (HasFailure()) return;

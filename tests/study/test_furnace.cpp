@@ -38,11 +38,11 @@ TEST(Furnace, KelemenIsWhiteAllOver) {
     EXPECT_TRUE(verdict(study, "nothing is lost").holds);
 }
 
-/// A diffuse model alone in the furnace, white.
-Study alone(std::string_view model) {
+/// A diffuse model alone in the furnace.
+Study alone(std::string_view model, const char* albedo) {
     return study_of(R"({"kind":"furnace","sample_count":4096,"coupling":"view",)"
                     R"("fresnel":{"model":"schlick","f0":0,"f90":0},"diffuse":{"model":")" +
-                    std::string(model) + "\"}}")
+                    std::string(model) + "\",\"albedo\":" + albedo + "}}")
         .study;
 }
 
@@ -52,10 +52,12 @@ TEST(Furnace, OfEveryDiffuseModelIsKnownWhatItFails) {
     for (const std::string_view word : words<DiffuseModel>()) {
         const auto model = from_word<DiffuseModel>(word).value();
         if (model == DiffuseModel::none) continue;
-        const Study study = alone(word);
+        // Of a white one light that came back and forth may hide what is negative in the rest.
+        const Study white = alone(word, "1"), dark = alone(word, "0.05");
         const KnownOfModel known = known_of(model);
         const auto hold = [&](const char* name, bool listed, const char* list) {
-            const Verdict& found = verdict(study, name);
+            const bool by_dark = verdict(white, name).holds;
+            const Verdict& found = verdict(by_dark ? dark : white, name);
             EXPECT_EQ(found.holds, !listed)
                 << word << ": " << found.words << "\nIf " << word << " was published so, add it to "
                 << list << " of diffuse.model/x-kiln-known in "
