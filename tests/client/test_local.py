@@ -92,7 +92,10 @@ class Bake(KilnTest):
             with open(example, encoding="utf-8") as file:
                 job = json.load(file)
             measured = job.get("kind") in ("slices", "atlas")
-            size = "[9,5]" if measured else str([4] * len(job["resolution"]))
+            layout = job.get("layout")
+            z = layout.get("z", {}) if isinstance(layout, dict) else {}
+            sides = [4, 4, len(z.get("values", range(4)))][:len(job.get("resolution", []))]
+            size = "[9,5]" if measured else str(sides)
             few = () if measured else ("--set", "device=native", "--set", "sample_count=16")
             self.kiln("bake", example, "-o", "-", "--local", "--set", "resolution=" + size, *few)
 
