@@ -57,8 +57,12 @@ class Folder {
     std::string path_;
 };
 
-/// Wall seconds of the whole process; nothing where it cannot be run or fails.
-std::optional<double> time_cmgen(const std::string& file, const std::string& size) {
+struct Run {
+    bool found = false, done = false;
+    double seconds = 0;  ///< wall time of the whole process
+};
+
+Run run_cmgen(const std::string& file, const std::string& size) {
     std::array<std::string, 5> words{"cmgen", "--quiet", "--ibl-dfg=" + file, "-s", size};
     std::array<char*, 6> arguments{};
     std::transform(words.begin(), words.end(), arguments.begin(),
@@ -72,9 +76,11 @@ std::optional<double> time_cmgen(const std::string& file, const std::string& siz
     const int refused =
         ::posix_spawnp(&child, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
     ::posix_spawn_file_actions_destroy(&actions);
+    if (refused != 0) return {};
     int status = 0;
-    if (refused != 0 || ::waitpid(child, &status, 0) != child || status != 0) return {};
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (::waitpid(child, &status, 0) != child || status != 0) return {true, false};
+    return {true, true,
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
 }
 
 /// A then B of every texel, from the half floats that it writes as C text, lowest roughness first.
@@ -119,23 +125,8 @@ Distance distance(const Table& exact, const std::vector<double>& values) {
     return {std::sqrt(sum / static_cast<double>(values.size())), most};
 }
 
-}  // namespace
-
-bool add_cmgen(const JobSpec& job, Study& study) {
-    if (!is_its_table(job)) return false;
-    const Folder folder;
-    const std::string file = folder.path() + "/dfg.txt";
-    std::vector<double> seconds;
-    for (int run = 0; run < kRuns; ++run) {
-        const auto took = time_cmgen(file, std::to_string(job.resolution[0]));
-        if (!took) return false;
-        seconds.push_back(*took);
-    }
-    std::sort(seconds.begin(), seconds.end());
-    const std::vector<double> values = values_in(read_input(file, kTextBytesMax));
-    const Table exact = exact_table(job);
-    if (values.size() != 2 * exact.width * exact.height) return false;
-    const Distance off = distance(exact, values);
+/// `seconds` ascend.
+void add_line(const std::vector<double>& seconds, const Distance& off, Study& study) {
     const double median = seconds[seconds.size() / 2];
     std::size_t charts = 0;
     for (Chart& chart : study.charts) {  // the first two are over run time
@@ -157,9 +148,37 @@ bool add_cmgen(const JobSpec& job, Study& study) {
                                 off.rms,
                                 off.max,
                                 {}});
-    study.notes.push_back(
-        "cmgen: its own file of the same size against exact values at its own texels, timed on "
-        "this machine from start to end.");
+}
+
+/// What to say of it.
+std::string measure_cmgen(const JobSpec& job, Study& study) {
+    const Folder folder;
+    const std::string file = folder.path() + "/dfg.txt";
+    std::vector<double> seconds;
+    for (int i = 0; i < kRuns; ++i) {
+        const Run run = run_cmgen(file, std::to_string(job.resolution[0]));
+        if (!run.found)
+            return "cmgen was not found, so its line is left out: Debian's package is "
+                   "libfilament-tools.";
+        if (!run.done || !std::filesystem::exists(file))
+            return "cmgen failed, so its line is left out.";
+        seconds.push_back(run.seconds);
+    }
+    std::sort(seconds.begin(), seconds.end());
+    const std::vector<double> values = values_in(read_input(file, kTextBytesMax));
+    const Table exact = exact_table(job);
+    if (values.size() != 2 * exact.width * exact.height)
+        return "cmgen wrote a table of another size, so its line is left out.";
+    add_line(seconds, distance(exact, values), study);
+    return "cmgen: its own file of the same size against exact values at its own texels, timed on "
+           "this machine from start to end.";
+}
+
+}  // namespace
+
+bool add_cmgen(const JobSpec& job, Study& study) {
+    if (!is_its_table(job)) return false;
+    study.notes.push_back(measure_cmgen(job, study));
     return true;
 }
 

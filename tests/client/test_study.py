@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import os
+import shutil
 import unittest
 
 from kiln_cli import JOB, KilnTest
@@ -84,6 +86,64 @@ class Convergence(KilnTest):
                          {"hammersley", "sobol_owen", "lattice", "random"})
         quadrature = [row for row in rows if row["sampler"] == "quadrature"]
         self.assertLess(float(quadrature[-1]["error_max"]), 1e-5)
+
+    def convergence(self, **fields):
+        """Of a table that cmgen bakes, but for `fields`: the text, cmgen's rows, its lines."""
+        self.write("job.json", {**JOB, "resolution": [8, 8], **fields})
+        stdout, _ = self.kiln("convergence", "job.json", "--local", "-o", "out")
+        study = json.loads(self.read("out/convergence.json"))["study"]
+        table = io.StringIO(self.read("out/convergence.csv").decode())
+        rows = [row for row in csv.DictReader(table) if "cmgen" in row.values()]
+        lines = [[series["name"] for series in chart.get("series", [])
+                  if series["name"].startswith("cmgen")] for chart in study["charts"]]
+        return stdout.decode(), rows, lines
+
+    def fake_cmgen(self, text):
+        """A PATH with that one program or, without a text, none."""
+        os.mkdir(self.path("bin"))
+        self.env["PATH"] = self.path("bin")
+        if text:
+            os.chmod(self.path(self.write("bin/cmgen", "#!/bin/sh\n" + text)), 0o755)
+
+    @unittest.skipUnless(shutil.which("cmgen"),
+                         "cmgen is not installed (package libfilament-tools)")
+    def test_cmgen_has_a_point_in_both_diagrams_over_time_and_a_row(self):
+        stdout, rows, lines = self.convergence()
+        self.assertIn("cmgen: its own file", stdout)
+        self.assertEqual(len(rows), 1)
+        # Its 1024 points of D, the same for all texels: 1.3e-2 at 256 x 256.
+        self.assertTrue(1e-3 < float(rows[0]["error_max"]) < 3e-2, rows)
+        self.assertEqual(sum(map(len, lines)), 2, lines)
+        self.assertEqual([len(line) for line in lines[:2]], [1, 1], lines)
+
+    def assert_left_out(self, words):
+        stdout, rows, lines = self.convergence()
+        self.assertEqual([line.strip() for line in stdout.splitlines() if "cmgen" in line], [words])
+        self.assertEqual(rows, [])
+        self.assertEqual(sum(map(len, lines)), 0)
+
+    def test_a_cmgen_that_is_not_installed_is_said(self):
+        self.fake_cmgen("")
+        self.assert_left_out("cmgen was not found, so its line is left out: Debian's package is "
+                             "libfilament-tools.")
+
+    def test_a_cmgen_that_fails_is_said(self):
+        self.fake_cmgen("exit 1\n")
+        self.assert_left_out("cmgen failed, so its line is left out.")
+
+    def test_a_cmgen_that_writes_nothing_is_said(self):
+        self.fake_cmgen("exit 0\n")
+        self.assert_left_out("cmgen failed, so its line is left out.")
+
+    def test_a_cmgen_that_writes_another_table_is_said(self):
+        self.fake_cmgen('for a; do case $a in --ibl-dfg=*) echo 0x3c00, >"${a#*=}";; esac; done\n')
+        self.assert_left_out("cmgen wrote a table of another size, so its line is left out.")
+
+    def test_nothing_is_said_of_cmgen_where_it_has_no_such_table(self):
+        self.fake_cmgen("")
+        stdout, rows, _ = self.convergence(resolution=[8, 16])
+        self.assertNotIn("cmgen", stdout)
+        self.assertEqual(rows, [])
 
     def test_what_has_no_exact_values_is_refused(self):
         self.write("job.json", {**JOB, "quantities": ["diffuse_albedo"],

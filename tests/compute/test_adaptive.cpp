@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/base/error.h"
@@ -179,33 +179,54 @@ TEST(Adaptive, SaysThatTimeEndedIt) {
     EXPECT_EQ(coarse.report.samples_per_texel, 4096) << "256 points a replicate below alpha 0.1";
 }
 
-// Figure N18: a limit of time is kept to a launch, some milliseconds. Launches are counted, not
-// seconds: none begins once the time is over, however slow the machine. The first samples of all
-// places are taken in any case. The engine's time begins before its first word.
-TEST(Adaptive, N18BeginsNoLaunchOnceItsTimeIsOver) {
-    JobSpec job = parsed(R"("time_budget_s":0.2,"sample_count":1048576,)" + kFloats);
-    job.resolution = {256, 256};
-    job.axes[1].lo = .6;  // of roughness: below, places of another sampler have a time of their own
+/// Of a run whose time is over while its progress is told after so many launches beyond each
+/// place's first samples: launches beyond those, and how many of them began too late.
+struct TimedLaunches {
+    Report report;
+    int first = 0, beyond = 0, begun_late = 0;
+};
+
+TimedLaunches run_out_of_time(const JobSpec& job, std::optional<int> over_after) {
     using Clock = std::chrono::steady_clock;
+    const double first_part = 1 / static_cast<double>(level_samples(job).size()) + 1e-9;
+    TimedLaunches found;
     std::optional<Clock::time_point> end;
-    int launches = 0, since_end = 0;
+    bool over = false;
     Control control;
     control.progress = [&](const Progress& progress) {
         if (!(progress.fraction > 0) || progress.fraction == 1) return;  // no launch
-        const auto now = Clock::now();
-        if (!end) end = now + std::chrono::milliseconds(200);
-        ++launches;
-        since_end += since_end > 0 || now >= *end;
+        // The engine's time began before its first word.
+        if (!end) end = Clock::now() + std::chrono::milliseconds(200);
+        const bool beyond = progress.fraction > first_part;
+        ++(beyond ? found.beyond : found.first);
+        found.begun_late += beyond && over;
+        if (found.beyond == over_after) std::this_thread::sleep_until(*end);
+        over = Clock::now() >= *end;
     };
     EngineOptions options;
     options.device = DeviceChoice::native;
-    const Report report = Engine(options).run(job, control).report;
-    EXPECT_EQ(report.status, "budget_exhausted");
-    constexpr std::int64_t kFirst = 64;
-    std::printf("%d launches, %d of them ended late, %lld samples a texel\n", launches, since_end,
-                static_cast<long long>(report.samples_per_texel));
-    if (report.samples_per_texel > kFirst) {
-        EXPECT_LE(since_end, 1);
+    found.report = Engine(options).run(job, control).report;
+    return found;
+}
+
+// Figure N18: a limit of time is kept to a launch, some milliseconds. Launches are counted, not
+// seconds: none begins once the time is over, however slow the machine. The first samples of all
+// places are taken in any case.
+TEST(Adaptive, N18BeginsNoLaunchOnceItsTimeIsOver) {
+    JobSpec job = parsed(R"("time_budget_s":0.2,"sample_count":1048576,)" + kFloats);
+    job.resolution = {256, 256};
+    job.axes[1].lo =
+        .75;  // of roughness: below, places of another sampler have a time of their own
+    for (const std::optional<int> over_after : {std::optional<int>{}, {0}, {1}, {5}}) {
+        const TimedLaunches found = run_out_of_time(job, over_after);
+        SCOPED_TRACE(testing::Message()
+                     << found.first << " first launches, " << found.beyond << " beyond, "
+                     << found.report.samples_per_texel << " samples a texel");
+        EXPECT_EQ(found.report.status, "budget_exhausted");
+        EXPECT_GE(found.first, 1);
+        EXPECT_EQ(found.begun_late, 0);
+        EXPECT_LE(found.beyond, over_after.value_or(found.beyond));
+        EXPECT_TRUE(over_after != 0 || found.report.samples_per_texel == 64);
     }
 }
 

@@ -8,22 +8,17 @@
 #include <vector>
 
 #include "server/compute/points.h"
+#include "tests/kernels/chi_square.h"
 #include "tests/kernels/one_lane.h"
-#include "tests/kernels/textbook.h"
 
 // The directions that the kernels make of the host's own points, against the density by which each
 // estimator divides: Pearson's test, with independent points (Sampler::random).
 namespace {
 
+using chi_square::Place;
 using kiln::PointKind;
 
 constexpr int kSamples = 1000000, kPolar = 80, kAzimuth = 160, kFine = 4;
-
-/// A direction's place: t in [0, 1] grows with its polar angle, phi in [0, pi] is its azimuth from
-/// the view, folded.
-struct Place {
-    double t, phi;
-};
 
 /// A sampler's directions, and the density of its places on [0, 1] x [0, pi], both signs of y.
 struct Subject {
@@ -65,13 +60,9 @@ double p_value(const Subject& subject) {
         pooled_seen = pooled_expected = 0;
         ++degrees;
     }
-    // Wilson, Hilferty 1931: the cube root of chi square over its degrees is nearly normal.
-    const double k = 2.0 / (9 * degrees);
-    return 0.5 * std::erfc((std::cbrt(statistic / degrees) - (1 - k)) / std::sqrt(2 * k));
+    return chi_square::p_value(statistic, degrees);
 }
 
-/// Half vectors: tan θ = α tan(π t / 2), which spreads any width over [0, 1], smoothly at both
-/// ends.
 Subject half_vectors(PointKind kind, double NoV, double alpha,
                      std::function<double(const textbook::Vector&)> density) {
     const auto place = [=](const double* point) {
@@ -83,19 +74,11 @@ Subject half_vectors(PointKind kind, double NoV, double alpha,
         const double NoH = kind == PointKind::visible_normals ? KILN_VISIBLE_NOH : point[1];
         const double length = std::sqrt(h.hh), z = NoH / length;
         const double VoH = view.S * h.VoH2 / 2 / length;
-        const double x = (VoH - NoV * z) / std::sqrt(1 - NoV * NoV),
-                     tangent = std::sqrt(1 - z * z) / z;
-        const double sine = std::max(std::sqrt(1 - z * z), 1e-12);
-        return Place{std::atan(tangent / alpha) * 2 / std::numbers::pi,
-                     std::acos(std::clamp(x / sine, -1.0, 1.0))};
+        return chi_square::place_of_normal((VoH - NoV * z) / std::sqrt(1 - NoV * NoV), z, alpha);
     };
     const auto over_places = [=](double t, double phi) {
-        const double turn = std::numbers::pi / 2, tangent = std::tan(turn * t);
-        const double z = 1 / std::sqrt(1 + alpha * alpha * tangent * tangent);
-        const double sine = alpha * tangent * z;
-        // dω = sinθ dθ dφ, dθ = z² d tanθ.
-        const double solid = sine * z * z * alpha * turn * (1 + tangent * tangent);
-        return 2 * solid * density({sine * std::cos(phi), sine * std::sin(phi), z});
+        const auto normal = chi_square::normal_at(t, phi, alpha);
+        return normal.solid * density(normal.h);
     };
     return {kind, place, over_places};
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <set>
+
 #include "server/spec/contract.h"
 #include "server/spec/words.h"
+#include "server/study/furnace_pairs.h"
 #include "tests/reference/coupling_models.h"
 #include "tests/study/studying.h"
 
@@ -140,6 +143,21 @@ TEST(Furnace, CompensationByKullaContyLosesNothingAndStaysReciprocal) {
     const Study turquin = study_of(metal + R"(,"multiscatter":"turquin"})").study;
     EXPECT_FALSE(verdict(turquin, "reciprocity").holds);
     EXPECT_FALSE(verdict(turquin, "reciprocity").expected);
+}
+
+// In double, of all that is made of albedos: a million pairs leave the last digits of double. (In
+// float, of baked tables: test_kernels Reciprocity.*)
+TEST(Furnace, WhatIsMadeOfAlbedosIsReciprocalToDouble) {
+    for (const char* word : {"kulla_conty", "kulla_conty_linear"}) {
+        const Study study = study_of(R"({"kind":"furnace","coupling":"kelemen","multiscatter":")" +
+                                     std::string(word) + "\"}")
+                                .study;
+        EXPECT_LT(verdict(study, "reciprocity").value.value(), 1e-12) << word;
+        std::set<double> rows;
+        for (std::size_t row = 0; row < study.table.rows.size(); ++row)
+            rows.insert(number(study.table, row, "roughness"));
+        EXPECT_GE(rows.size() * kPairs, 1000000u);
+    }
 }
 
 // F82's formula is negative above VoH = 1/7 for a low f82 (facts of the model).
