@@ -201,10 +201,6 @@ struct Pointwise {
     std::vector<Term> terms{};
     std::vector<std::pair<std::string, std::array<double, kPointScalars>>> points{};
     std::vector<Place> places{};
-    /// Rounding of NoV on its way to what the model reads, in units.
-    double NoV_units = 4;
-    /// Whether that rounding touches NoV = 1 as well.
-    bool rounds_one = false;
     std::function<std::string(const Place&)> column{};
     /// Rounded operations on the longest way through the model: some 30, their errors of either
     /// sign.
