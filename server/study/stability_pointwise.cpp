@@ -18,9 +18,6 @@ namespace {
 constexpr double kInputUnits = 4;
 /// Parameters are rounded once, from double.
 constexpr double kParameterUnits = 1;
-/// lane_exp2() is 0 below 2^-125 (2^-1021), and what it is multiplied by up to 1e12 where the
-/// squares of its inputs are normal numbers (1e104 in double, at alpha 1e-40).
-constexpr double kUnderflow[] = {1e-25, 1e-200};
 
 /// The long doubles that a sample reads, as this format holds them; parameters as the host has
 /// them.
@@ -55,8 +52,7 @@ class Judge {
         if (std::isinf(there)) return {there, 0, {}};
         const double size = std::max(std::abs(there), scale);
         const double own = p_.forward_units * format_.unit * size;
-        const double underflow = kUnderflow[format_.single ? 0 : 1];
-        return {there, own + static_cast<double>(spread_) + underflow, pole_};
+        return {there, own + static_cast<double>(spread_) + format_.underflow, pole_};
     }
 
   private:
