@@ -251,10 +251,10 @@ std::vector<Chart> charts_of(const std::vector<Finding>& findings) {
 Studied study_stability(Engine& engine, const JobSpec& job, const Control& control) {
     const auto start = std::chrono::steady_clock::now();
     Bench bench(engine, job, control);
-    const std::vector<Part> parts = {fresnel_part(),    lobes_part(),          diffuse_part(),
-                                     quadrature_part(), rules_part(),          facets_part(),
-                                     sampled_part(),    diffuse_albedo_part(), averages_part(),
-                                     couplings_part(),  spikes_part()};
+    const std::vector<Part> parts = {fresnel_part(),    lobes_part(),     diffuse_part(),
+                                     quadrature_part(), rules_part(),     diffuse_rules_part(),
+                                     facets_part(),     sampled_part(),   diffuse_albedo_part(),
+                                     averages_part(),   couplings_part(), spikes_part()};
     std::vector<KernelKind> kernels{
         QuadratureKind{SmithRule{Masking::smith_correlated, kSchlickWeight}},
         QuadratureKind{SmithRule{Masking::smith_separable, kSchlickWeight}}};

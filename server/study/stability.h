@@ -39,12 +39,16 @@ struct Format {
     double unit, tiny;
     long double half_least;  ///< half of the least number that it holds, a subnormal
     bool single;
+    /// What counts as 0: lane_exp2() is 0 below 2^-125 (2^-1021), and what it is multiplied by up
+    /// to 1e12 where the squares of its inputs are normal numbers (1e104 in double, at alpha
+    /// 1e-40).
+    double underflow;
     double rounded(double x) const {
         return single ? static_cast<double>(static_cast<float>(x)) : x;
     }
 };
-inline constexpr Format kSingle{0x1p-24, 0x1p-63, 0x1p-150L, true},
-    kDouble{0x1p-53, 0x1p-511, 0x1p-1075L, false};
+inline constexpr Format kSingle{0x1p-24, 0x1p-63, 0x1p-150L, true, 1e-25},
+    kDouble{0x1p-53, 0x1p-511, 0x1p-1075L, false, 1e-200};
 
 /// What is right at inputs as one format holds them, and how far from it a value may lie.
 struct Right {
@@ -180,6 +184,7 @@ Part lobes_part();
 Part diffuse_part();
 Part quadrature_part();
 Part sampled_part();
+Part diffuse_rules_part();
 Part rules_part();
 Part facets_part();
 Part spikes_part();
@@ -201,10 +206,6 @@ struct Pointwise {
     std::vector<Term> terms{};
     std::vector<std::pair<std::string, std::array<double, kPointScalars>>> points{};
     std::vector<Place> places{};
-    /// Rounding of NoV on its way to what the model reads, in units.
-    double NoV_units = 4;
-    /// Whether that rounding touches NoV = 1 as well.
-    bool rounds_one = false;
     std::function<std::string(const Place&)> column{};
     /// Rounded operations on the longest way through the model: some 30, their errors of either
     /// sign.
@@ -218,12 +219,23 @@ struct Pointwise {
 void run(Bench& bench, const Pointwise& pointwise, Findings& findings);
 KernelMaterial material_of(const Pointwise& pointwise);
 
-/// What is right at a place, of a term, and where from.
-using TruthOf = std::function<std::pair<double, std::string>(const Place&, std::size_t)>;
+/// What is right of a mean over samples, and what chance and rounding may do to it.
+struct Expected {
+    double value = 0;
+    std::string source{};
+    double off = 0;  ///< how far `value` may be off itself
+    /// Of the rare events that no replicate saw: how far one is from the mean at most, and all
+    /// together. Where that is 0, every sample is the same.
+    double greatest = 1, all = 1;
+    double rounds_with = 1;    ///< rounding counts in units of this
+    bool fifth_power = false;  ///< of a cosine's distance from 1
+};
+using ExpectedOf = std::function<Expected(std::size_t place, std::size_t term)>;
 /// Means over the points of a job's sampler, beside what is right. Tolerance: what replicates agree
-/// to, what none of them may have seen, and the rounding of sums.
+/// to, what none of them may have seen, the truth's own error, and the rounding of sums. A value
+/// that so many samples cannot tell from 0 is left out.
 void run_sampled(Bench& bench, const Pointwise& pointwise, PointKind kind, Findings& findings,
-                 const TruthOf& truth);
+                 const ExpectedOf& expected);
 
 /// "1e-06", "0.5".
 std::string plain(double value);

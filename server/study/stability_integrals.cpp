@@ -13,10 +13,13 @@ namespace kiln::stability {
 
 namespace {
 
+/// What the rule promises of E and B in double.
+constexpr double kAbsolute = 1e-9;
+
 struct Truth {
     double value;
     std::string source;
-    double relative = 1e-6;  ///< how far it may be off itself
+    double off = 0;  ///< how far it may be off itself
 };
 
 /// What a mirror of this masking reflects: 4 NoV^2 V(NoV, NoV).
@@ -56,11 +59,17 @@ std::optional<Truth> deficit_truth(const Lobe& lobe, const Place& at, double E) 
     if (at.alpha == 0) return Truth{0, "the mirror's limit"};
     if (at.NoV == 0 && lobe.masking == Masking::smith_correlated)
         return Truth{0, "the limit of correlated Smith"};
-    const double a2 = at.alpha * at.alpha, mu2 = at.NoV * at.NoV;
-    // The next term is 4 alpha / 3 NoV of it.
-    if (at.alpha < 1e-3 * mu2)
-        return Truth{a2 * (1 + 1 / mu2) / 2, "its limit as alpha -> 0", 2 * at.alpha / at.NoV};
-    if (1 - E > 1e-2) return Truth{1 - E, kOverHalfVectors};
+    if (at.alpha == 1 && at.NoV > 1e-9 && lobe.masking == Masking::smith_correlated)
+        return Truth{at.NoV * std::log1p(1 / at.NoV), "closed form at alpha = 1"};
+    const double a2 = at.alpha * at.alpha, mu2 = at.NoV * at.NoV, q = at.alpha / at.NoV;
+    // The third term is of the order of q^2 ln(1 / q) of the first: 4 to 5 of it by the rule
+    // itself.
+    if (at.alpha < 1e-3 * mu2) {
+        const double first = a2 * (1 + 1 / mu2) / 2;
+        return Truth{first * (1 + 4 * q / 3), "its limit as alpha -> 0",
+                     8 * q * q * std::log(1 / q) * first};
+    }
+    if (1 - E > 1e-2) return Truth{1 - E, kOverHalfVectors, kAbsolute};
     return std::nullopt;
 }
 
@@ -107,25 +116,25 @@ class RulePart {
     }
 
   private:
-    // Absolute: 1e-9 in double, kQuadratureFloatRounding more in float. Relative, of 1 - E: 1e-6.
+    // Absolute: kAbsolute in double, kQuadratureFloatRounding more in float. Relative, of 1 - E:
+    // 1e-6 in float, and 1e-9 at this order in double.
     void judge(const Place& place, Readings E, Readings deficit, Readings B) {
         const Place single = as_the_rule_sees(place, kSingle),
                     twice = as_the_rule_sees(place, kDouble);
-        constexpr double absolute = 1e-9;
-        const Truth e32 = albedo_truth(lobe_, single, absolute / 10),
-                    e64 = albedo_truth(lobe_, twice, absolute / 10);
-        add(place, "E", e64.source, {e32.value, kQuadratureFloatRounding}, {e64.value, absolute},
+        const Truth e32 = albedo_truth(lobe_, single, kAbsolute / 10),
+                    e64 = albedo_truth(lobe_, twice, kAbsolute / 10);
+        add(place, "E", e64.source, {e32.value, kQuadratureFloatRounding}, {e64.value, kAbsolute},
             E);
-        const Truth b32 = bias_truth(lobe_, single, absolute / 10),
-                    b64 = bias_truth(lobe_, twice, absolute / 10);
-        add(place, "B", b64.source, {b32.value, kQuadratureFloatRounding}, {b64.value, absolute},
+        const Truth b32 = bias_truth(lobe_, single, kAbsolute / 10),
+                    b64 = bias_truth(lobe_, twice, kAbsolute / 10);
+        add(place, "B", b64.source, {b32.value, kQuadratureFloatRounding}, {b64.value, kAbsolute},
             B);
         const auto d64 = deficit_truth(lobe_, twice, e64.value);
         const double d32 = quadrature_deficit(single.NoV, single.alpha, lobe_.masking);
         if (!d64) deficit[kNativeDouble].reset(), deficit[kOpenClDouble].reset();
         const Truth right = d64.value_or(Truth{d32, "the rule in double"});
         add(place, "1 - E", right.source, {d32, 1e-6 * d32},
-            {right.value, std::max(right.relative, 1e-6) * right.value}, deficit);
+            {right.value, right.off + 1e-9 * right.value}, deficit);
     }
 
     void add(const Place& place, const char* quantity, const std::string& source, Right in_float,
@@ -154,19 +163,61 @@ std::vector<Place> sampled_places(const Lobe& lobe) {
     return places;
 }
 
-Truth sampled_truth(const Lobe& lobe, const Place& place, std::size_t term) {
-    constexpr double absolute = 1e-7;
-    if (term == kSchlick) {
-        if (is_smith_ggx(lobe) && place.alpha > 0)
-            return {quadrature_albedo(place.NoV, place.alpha, lobe.masking).B, "the quadrature"};
-        return bias_truth(lobe, place, absolute);
+/// What rules say of the means of a lobe's samples at a place.
+struct Albedo {
+    Truth E, B, deficit;
+};
+
+Albedo albedo_of(const Lobe& lobe, const Place& at) {
+    if (at.alpha == 0) {
+        const Truth E = albedo_truth(lobe, at, 0);
+        return {E, bias_truth(lobe, at, 0), {1 - E.value, E.source}};
     }
-    Truth truth = is_smith_ggx(lobe) && place.alpha > 0
-                      ? Truth{quadrature_directional_albedo(place.NoV, place.alpha, lobe.masking),
-                              "the quadrature"}
-                      : albedo_truth(lobe, place, absolute);
-    if (term == kDeficit) truth.value = 1 - truth.value;
-    return truth;
+    if (is_smith_ggx(lobe)) {
+        const QuadratureValue found = quadrature_albedo(at.NoV, at.alpha, lobe.masking);
+        const char* const source = "the quadrature";
+        return {{found.E, source, kAbsolute},
+                {found.B, source, kAbsolute},
+                {found.deficit, source, 1e-6 * found.deficit}};
+    }
+    constexpr double asked = 1e-8, off = 1e-7;
+    const HostAlbedo found = host_albedo(lobe_of(job_of(lobe)), at.NoV, at.alpha, asked);
+    const double size = std::max(1.0, found.E);
+    return {{found.E, kOverHalfVectors, off * size},
+            {found.B, kOverHalfVectors, off * size},
+            {1 - found.E, kOverHalfVectors, off * size}};
+}
+
+/// (1 - VoH)^5 at most, of a light above the horizon: V and L are a right angle and V's own apart.
+double bias_most(double NoV) {
+    const double sinV = std::sqrt((1 - NoV) * (1 + NoV));
+    return std::pow(1 - NoV / std::sqrt(2 * (1 + sinV)), 5);
+}
+
+/// Samples of GGX under Smith weigh G2 / G1(V), and at normal view those of all but charlie G2 or
+/// less: at most 1, so that what is missing of E is at most 1 - E. Of others the mean or 1 stands
+/// for the greatest weight. No sample weighs less than 0.
+Expected sampled_expected(const Lobe& lobe, const Place& at, const Albedo& albedo,
+                          std::size_t term) {
+    const bool bounded =
+        is_smith_ggx(lobe) || (at.NoV == 1 && lobe.distribution != Distribution::charlie);
+    const Truth& right = term == kSchlick ? albedo.B : term == kDeficit ? albedo.deficit : albedo.E;
+    Expected expected{right.value, right.source, right.off};
+    const double most = std::max(1.0, albedo.E.value);
+    // The deficit of other lobes is a difference from 1.
+    expected.rounds_with = term == kDeficit && !is_smith_ggx(lobe) ? most : right.value;
+    expected.fifth_power = term == kSchlick;
+    if (term == kSchlick) {
+        expected.greatest = bias_most(at.NoV) * most;
+        expected.all = right.value;
+        if (bounded) expected.all = std::min(expected.all, expected.greatest - right.value);
+    } else {
+        expected.greatest = most;
+        const Truth& missing = albedo.deficit;
+        expected.all = bounded ? std::max(0.0, missing.value) + missing.off : albedo.E.value;
+    }
+    if (at.alpha == 0) expected.all = 0;  // a mirror
+    return expected;
 }
 
 Pointwise sampled_pointwise(const Lobe& lobe) {
@@ -197,10 +248,14 @@ Part sampled_part() {
     part.run = [](Bench& bench, Findings& findings) {
         for (const Lobe& lobe : lobes()) {
             const Pointwise p = sampled_pointwise(lobe);
+            std::vector<Albedo> albedos;
+            for (const Place& place : p.places) {
+                bench.look();
+                albedos.push_back(albedo_of(lobe, place));
+            }
             run_sampled(bench, p, point_kind(p.material), findings,
-                        [&](const Place& place, std::size_t term) {
-                            const Truth truth = sampled_truth(lobe, place, term);
-                            return std::pair(truth.value, truth.source);
+                        [&](std::size_t place, std::size_t term) {
+                            return sampled_expected(lobe, p.places[place], albedos[place], term);
                         });
         }
     };

@@ -70,6 +70,17 @@ std::array<double, kPointScalars> half_vector_point(double cos_phi, double u) {
     return {cos_phi, 1 / (1 - u), u / ((1 - u) * (1 - u)), u / (1 - u), 0, 0};
 }
 
+/// F where it is known in closed form: at 0 and 90 degrees; of a metal that absorbs nothing; at the
+/// angle at which a tint of 0 puts F82 to 0.
+std::optional<double> closed_F(const FresnelRow& row, double VoH) {
+    const FresnelModel& F = row.model;
+    if (VoH == 1) return row.at_normal;
+    if (VoH == 0) return row.at_grazing;
+    if (F.model == Fresnel::conductor && F.eta[0] == 0) return 1;
+    if (F.model == Fresnel::f82_tint && F.f82[0] == 0 && VoH == 1.0 / 7) return 0;
+    return std::nullopt;
+}
+
 /// At alpha = 0 the lobe is a mirror of weight 1, so its coloured term is F(NoV).
 Pointwise reflected(const FresnelRow& row) {
     Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
@@ -83,20 +94,14 @@ Pointwise reflected(const FresnelRow& row) {
     for (const double VoH : {0.0, 1e-40, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0 / 7, 0.5,
                              0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
         p.places.push_back({VoH, 0});
-    p.NoV_units = 16;  // VoH there is a product with lane_rsqrt(): 8e-7 relative
-    p.rounds_one = true;
     p.column = [](const Place& place) { return plain(place.NoV); };
-    p.closed = [row](const Place& place) -> std::optional<double> {
-        if (place.NoV == 1) return row.at_normal;
-        if (place.NoV == 0) return row.at_grazing;
-        return std::nullopt;
-    };
-    p.closed_source = "closed form at 0 and 90 degrees";
+    p.closed = [row](const Place& place) { return closed_F(row, place.NoV); };
+    p.closed_source = "closed form";
     return p;
 }
 
-/// 1 − F under a white Lambert lobe, from the light at the pole and from the horizon opposite.
-Pointwise transmitted(const FresnelRow& row) {
+/// 1 − F under a white Lambert lobe, from the light at the pole or from the horizon opposite.
+Pointwise transmitted(const FresnelRow& row, bool pole) {
     Pointwise p{"Fresnel", "F " + model_word(row.model), row.name, {}};
     p.material = {.importance = static_cast<int>(Importance::cosine),
                   .fresnel = fresnel_function(row.model),
@@ -104,9 +109,19 @@ Pointwise transmitted(const FresnelRow& row) {
     set_fresnel(p, row.model, 0);
     p.parameters[kAlbedoParameter] = 1;
     p.terms = {{kTransmitted, "1 - F", one}};  // a difference from 1
-    p.points = {{"L = N", {1, 1, 0, 0}}, {"L at the horizon", {-1, 0, 1, 0}}};
+    if (pole)
+        p.points = {{"L = N", {1, 1, 0, 0}}};
+    else
+        p.points = {{"L at the horizon", {-1, 0, 1, 0}}};
     for (const double NoV : {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 1.0}) p.places.push_back({NoV, 0});
     p.column = [](const Place& place) { return plain(place.NoV); };
+    // VoH there is the root of (1 + L·V) / 2.
+    p.closed = [row, pole](const Place& place) -> std::optional<double> {
+        const double LoV = pole ? place.NoV : -std::sqrt((1 - place.NoV) * (1 + place.NoV));
+        const auto F = closed_F(row, std::sqrt((1 + LoV) / 2));
+        return F ? std::optional(1 - *F) : std::nullopt;
+    };
+    p.closed_source = "closed form";
     return p;
 }
 
@@ -254,7 +269,7 @@ Part fresnel_part() {
     std::vector<Pointwise> all;
     for (const FresnelRow& row : fresnel_rows()) {
         all.push_back(reflected(row));
-        all.push_back(transmitted(row));
+        for (const bool pole : {true, false}) all.push_back(transmitted(row, pole));
     }
     return part_of(std::move(all));
 }

@@ -18,9 +18,6 @@ namespace {
 constexpr double kInputUnits = 4;
 /// Parameters are rounded once, from double.
 constexpr double kParameterUnits = 1;
-/// lane_exp2() is 0 below 2^-125 (2^-1021), and what it is multiplied by up to 1e12 where the
-/// squares of its inputs are normal numbers (1e104 in double, at alpha 1e-40).
-constexpr double kUnderflow[] = {1e-25, 1e-200};
 
 /// The long doubles that a sample reads, as this format holds them; parameters as the host has
 /// them.
@@ -46,7 +43,7 @@ class Judge {
         value_ = value;
         spread_ = 0;
         pole_.reset();
-        vary(at_.NoV, p_.NoV_units, !p_.rounds_one);
+        vary(at_.NoV, kInputUnits);
         vary(at_.alpha, kInputUnits);
         // The azimuth's cosine is exact in all points of this study.
         for (std::size_t i = 1; i < kPointScalars; ++i) vary(at_.point[i], kInputUnits);
@@ -55,8 +52,7 @@ class Judge {
         if (std::isinf(there)) return {there, 0, {}};
         const double size = std::max(std::abs(there), scale);
         const double own = p_.forward_units * format_.unit * size;
-        const double underflow = kUnderflow[format_.single ? 0 : 1];
-        return {there, own + static_cast<double>(spread_) + underflow, pole_};
+        return {there, own + static_cast<double>(spread_) + format_.underflow, pole_};
     }
 
   private:
@@ -67,10 +63,10 @@ class Judge {
     }
 
     /// The value's greatest change as one input moves, and the pole that it meets. 0 is exact, and
-    /// so is a cosine of 1 but where it is a product: then it may be less, and never more.
-    void vary(long double& input, double units, bool one_is_exact = true) {
+    /// so is 1.
+    void vary(long double& input, double units) {
         const long double given = input;
-        if (given == 0) return;
+        if (given == 0 || std::abs(given) == 1) return;
         long double most = 0;
         const auto tell = [&](long double moved) {
             input = moved;
@@ -84,9 +80,8 @@ class Judge {
         // Of a subnormal number the last place is wider.
         const long double unit =
             std::max<long double>(format_.unit, format_.half_least / std::abs(given));
-        const bool is_one = std::abs(given) == 1;
-        if (!is_one || !one_is_exact) tell(given * (1 - units * unit));
-        if (!is_one) tell(given * (1 + units * unit));
+        tell(given * (1 - units * unit));
+        tell(given * (1 + units * unit));
         // Where its square is no normal number, it may count as 0.
         if (std::abs(given) < format_.tiny) tell(0);
         spread_ += most;
