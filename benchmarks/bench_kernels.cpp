@@ -7,10 +7,11 @@
 // multipliers 24 products, sums, fused products and selections for E (6 for the half vector, 5 for
 // the light, 9 for its Smith length's root, 4 for the weight), 17 more for B (11 for 1 − VoH, 6 for
 // its fifth power and the sum). The rows limit/… run these operations in registers, none waiting
-// for another (arithmetic_limit.h): 4.4 and 7.1 ns on an AVX2 core of 8 lanes. Of these native code
-// took 1.19 and 1.17 times, PoCL (rows opencl/256/…, POCL_MAX_PTHREAD_COUNT=1) 1.21 and 1.13: the
-// least of 8 repetitions in turn of E, of 6 of A and B, since while a neighbour keeps the core busy
-// the limits stay and the kernels take up to 1.5 times as long (E on PoCL 1.31 in the median of 8).
+// for another (arithmetic_limit.h): 4.4 and 7.1 ns on an AVX2 core of 8 lanes. The kernels beside
+// them are what benchmarks/arithmetic_limit.py prints. On a quiet core native code took 1.19 and
+// 1.17 times as long, PoCL (rows opencl/256/…) 1.19 and 1.13; beside a neighbour on the core's
+// other thread 1.3 to 1.5 times, since that takes half of the buffers, which the limits do not
+// need.
 //
 // Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 34
 // products, sums, fused products and selections (6 for the map, 5 for the weight, 8 for the lobe,

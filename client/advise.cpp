@@ -96,7 +96,8 @@ std::string refusal(const std::optional<Closest>& closest, double max_error) {
         why = "rounding to " + pixel + " (" + format_error(table.quantisation) +
               ") and integration in float32 (" + format_error(table.integration) +
               ") alone are above it";
-    why += "; " + pixels_in_words(table.job.format);
+    if (table.job.pixel != PixelType::float32)
+        why += "; pixel types: " + pixels_in_words(table.job.format);
     if (table.job.format != ImageFormat::exr) why += ", " + pixels_in_words(ImageFormat::exr);
     return start + ", nor would a larger one: " + why;
 }

@@ -158,7 +158,7 @@ std::string measure_cmgen(const JobSpec& job, Study& study) {
     for (int i = 0; i < kRuns; ++i) {
         const Run run = run_cmgen(file, std::to_string(job.resolution[0]));
         if (!run.found)
-            return "cmgen was not found, so its line is left out: Debian's package is "
+            return "Filament's cmgen was not found, so its line is left out: Debian's package is "
                    "libfilament-tools.";
         if (!run.done || !std::filesystem::exists(file))
             return "cmgen failed, so its line is left out.";

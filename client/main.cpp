@@ -39,7 +39,9 @@ void add_files(CLI::App& app, Arguments& arguments) {
     diff_command.add_option("a", arguments.file, "an EXR or PNG, - for standard input")
         ->required()
         ->type_name("A");
-    diff_command.add_option("b", arguments.other_file, "another")->required()->type_name("B");
+    diff_command.add_option("b", arguments.other_file, "another EXR or PNG")
+        ->required()
+        ->type_name("B");
     diff_command
         .add_option("--max-error", arguments.max_error,
                     "largest difference that still passes; else 0")

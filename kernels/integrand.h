@@ -7,9 +7,9 @@
 #define KILN_TERM_FRESNEL 2  // (1 − VoH)^5 f NoL / pdf: its mean is B
 #define KILN_TERM_DEFICIT 4  // its mean is 1 − E, summed as such since E → 1 at low roughness
 
-// No words of their own: the deficit alone, see weigh(); visible normals above the horizon,
-// visible_lights.h; these on both sides of a rim, parted_lights.h; the deficit of averages,
-// horizon_normals.h. The last three bring a weight of their own, the last two one of E: batch.h and
+// No words of their own: the deficit alone, see weigh(); that of averages, horizon_normals.h;
+// visible normals above the horizon, visible_lights.h; these on both sides of a rim,
+// parted_lights.h. The last three bring a weight of their own, the last two one of E: batch.h and
 // weigh() go by this order.
 #define KILN_IMPORTANCE_LOG_TANGENTS KILN_IMPORTANCE_COUNT
 #define KILN_IMPORTANCE_HORIZON_NORMALS (KILN_IMPORTANCE_COUNT + 1)

@@ -88,7 +88,7 @@ class Reader {
         }
         const LayoutPreset* preset = sound("/layout") ? layout_preset(job_.layout) : nullptr;
         if (preset && !preset->resolution.empty() && !given_.contains("resolution"))
-            job_.resolution = preset->resolution;
+            job_.resolution = size_of(*preset);
         else if (sound("/resolution"))
             job_.resolution = at("/resolution").get<std::vector<std::int64_t>>();
         if (sound("/sample_count")) job_.sample_count = at("/sample_count").get<std::int64_t>();
@@ -101,6 +101,13 @@ class Reader {
         read_models(document_, problems_, job_);
         read_word(job_.precision, "/precision");
         read_word(job_.device, "/device");
+    }
+
+    /// Of the program's table, that along roughness where nothing depends on NoV.
+    std::vector<std::int64_t> size_of(const LayoutPreset& preset) const {
+        const bool single = preset.single_axis && !job_.quantities.empty() &&
+                            std::ranges::none_of(job_.quantities, depends_on_NoV);
+        return single ? std::vector{preset.resolution[0]} : preset.resolution;
     }
 
     static Axis axis(const Json& entry) {

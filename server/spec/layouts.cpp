@@ -137,7 +137,8 @@ std::vector<std::string> layout_lines(const JobSpec& job) {
     if (!preset || preset->program.empty()) return {};
     std::string size;
     for (const std::int64_t n : preset->resolution)
-        size += (size.empty() ? ", " : " x ") + std::to_string(n);
+        if (size.empty() || job.axes.size() > 1)
+            size += (size.empty() ? ", " : " x ") + std::to_string(n);
     std::vector<std::string> lines{"layout " + preset->name + ": as read by " + preset->program +
                                    size + ", masking " + std::string(to_word(preset->masking))};
     for (const ChannelSet& set : preset->channel_sets)

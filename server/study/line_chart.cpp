@@ -65,7 +65,7 @@ class Scale {
             low_ = std::floor(low_ - 0.05);
             high_ = std::ceil(high_ + 0.05);
         } else {
-            // Labels of three digits tell no less than a tenth of the values apart.
+            // A tenth of the values at least, so that labels of three digits differ.
             const double span = high_ - low_;
             const double least = 0.1 * std::max(std::abs(low_), std::abs(high_));
             double margin = std::max(0.05 * span, (least - span) / 2);

@@ -89,9 +89,10 @@ std::vector<Place> rule_places() {
 /// has no square in it as 0.
 Place as_the_rule_sees(const Place& place, const Format& format) {
     Place seen{format.rounded(place.NoV), format.rounded(place.alpha)};
-    const double least = format.single ? 1e-8 : 1e-12;
-    if (seen.alpha > 0) seen.alpha = std::max(seen.alpha, least);
-    if (seen.NoV < 1e-25) seen.NoV = 0;
+    const double least_alpha = format.single ? 1e-8 : 1e-12;
+    const double least_NoV = format.single ? 1e-18 : 1e-25;
+    if (seen.alpha > 0) seen.alpha = std::max(seen.alpha, least_alpha);
+    if (seen.NoV < least_NoV) seen.NoV = 0;
     return seen;
 }
 

@@ -130,8 +130,8 @@ constexpr double kTiny = 0x1p-20, kSmall = 0x1p-10;
 bool on_opencl(DiffuseModel model) { return model == DiffuseModel::eon; }
 
 /// chan2018 has the root of NoH in an exponent, which vanishes between opposite horizons: below
-/// NoV 1/8 no order settles, and 112 is off by 8e-6 at 2^-10. eon_unreal has a floor of 1e-6 under
-/// its divisor, which the integral over lights does not see at NoV 0: 3e-7 of it.
+/// NoV 1/8 no order settles, and order 112 is off by 8e-6 at 2^-10. eon_unreal has a floor of 1e-6
+/// under its divisor, which the integral over lights does not see at NoV 0: 3e-7 of it.
 bool is_known(DiffuseModel model, double NoV) {
     if (model == DiffuseModel::chan2018) return NoV >= 0.125;
     return model != DiffuseModel::eon_unreal || NoV > 0;

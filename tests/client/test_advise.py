@@ -65,9 +65,9 @@ class Advise(KilnTest):
         job = dict(JOB, output={"format": "png", "pixel": "uint16"})
         for bound, made, words in (
                 (5e-6, job, "rounding to uint16 alone is off by 7.6e-06; "
-                            "png has uint8, uint16, exr has half, float"),
+                            "pixel types: png has uint8, uint16, exr has half, float"),
                 (1e-6, JOB, "rounding to float (3.0e-08) and integration in float32 (1.0e-06) "
-                            "alone are above it; exr has half, float")):
+                            "alone are above it")):
             stdout, stderr = self.advise(made, bound, status=6)
             self.assertEqual(stdout, b"")
             self.assertIn("no table up to 4096", stderr)

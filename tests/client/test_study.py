@@ -124,8 +124,8 @@ class Convergence(KilnTest):
 
     def test_a_cmgen_that_is_not_installed_is_said(self):
         self.fake_cmgen("")
-        self.assert_left_out("cmgen was not found, so its line is left out: Debian's package is "
-                             "libfilament-tools.")
+        self.assert_left_out("Filament's cmgen was not found, so its line is left out: Debian's "
+                             "package is libfilament-tools.")
 
     def test_a_cmgen_that_fails_is_said(self):
         self.fake_cmgen("exit 1\n")

@@ -215,8 +215,8 @@ TimedLaunches run_out_of_time(const JobSpec& job, std::optional<int> over_after)
 TEST(Adaptive, N18BeginsNoLaunchOnceItsTimeIsOver) {
     JobSpec job = parsed(R"("time_budget_s":0.2,"sample_count":1048576,)" + kFloats);
     job.resolution = {256, 256};
-    job.axes[1].lo =
-        .75;  // of roughness: below, places of another sampler have a time of their own
+    // Of roughness: below, places of another sampler have a time of their own.
+    job.axes[1].lo = .75;
     for (const std::optional<int> over_after : {std::optional<int>{}, {0}, {1}, {5}}) {
         const TimedLaunches found = run_out_of_time(job, over_after);
         SCOPED_TRACE(testing::Message()

@@ -44,9 +44,10 @@ Range range_of(const KernelMaterial& what, std::size_t term) {
         if (what.diffuse == 0) return {0, 1 - F_min};                 // Lambert
         if (what.diffuse == 1) return {F_min, 6.25 * (1 - F_min)};    // Burley: (1 + 3/2)²
         if (what.diffuse == KILN_DIFFUSE_GGX_LAMBERT) return {0, 1};  // a walk's shares
-        // The full Oren-Nayar lobe is negative between grazing directions on opposite sides, where
-        // C1 less .45 (6 / π) σ² / (σ² + .09) is -.16 at the least; 1 / NoL at grazing views.
-        const double least = what.diffuse == KILN_DIFFUSE_OREN_NAYAR_FULL ? -0.16 : 0;
+        // The full Oren-Nayar lobe is negative between grazing directions on opposite sides: albedo
+        // times C1 - .45 (6 / π) σ² / (σ² + .09) and albedo² times what is thrown back are -.1644
+        // and .3009 at σ = 1, in sum -.0225 at an albedo of .27; 1 / NoL at grazing views.
+        const double least = what.diffuse == KILN_DIFFUSE_OREN_NAYAR_FULL ? -0.0225 : 0;
         return {F_min < 0 ? -infinite : least, infinite};
     }
     // G2 / G1 of the view is a probability under both Smith forms; Beckmann's D is at most 4 / e

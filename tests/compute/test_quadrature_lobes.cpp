@@ -204,8 +204,9 @@ TEST_F(QuadratureOfLobes, FloatIsWithinItsRoundingOfDouble) {
             QuadratureParameters p = total ? inside(0.75) : QuadratureParameters{};
             const auto single = integrate(lobe, fresnel, p, places, Precision::float32, 1e-6);
             const auto wide = integrate(lobe, fresnel, p, places, Precision::float64, 1e-10);
-            const double rounding = quadrature_float_rounding(
-                quadrature_kind(material(lobe), fresnel, p, Precision::float32));
+            const double rounding = is_charlie_fit(lobe.masking) ? 3e-6 : 1e-6;
+            EXPECT_LE(rounding, quadrature_float_rounding(quadrature_kind(material(lobe), fresnel,
+                                                                          p, Precision::float32)));
             for (std::size_t i = 0; i < places.NoV.size(); ++i) {
                 const double unit = rounding * std::max(1.0, wide.E[i]);
                 EXPECT_NEAR(single.E[i], wide.E[i], unit) << text(lobe, places, i) << total;

@@ -3,16 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "server/compute/engine.h"
 #include "server/compute/fresnel.h"
-#include "server/compute/multiscatter.h"
 #include "server/spec/contract.h"
 #include "server/spec/spec.h"
 #include "server/spec/words.h"
@@ -241,6 +238,8 @@ TEST(Reciprocity, EveryDiffuseLobeIsReciprocalOrKnownNotToBe) {
     }
 }
 
+// Kelemen's lobe and what Kulla and Conty add are no kernel's terms: tables hold their integrals,
+// made of albedos. The furnace study looks at them in double.
 TEST(Reciprocity, EveryMaterialThatKernelsJoin) {
     for (const DiffuseRow& row : diffuse_rows())
         for (const auto coupling : {kiln::Coupling::none, kiln::Coupling::half_vector}) {
@@ -250,95 +249,6 @@ TEST(Reciprocity, EveryMaterialThatKernelsJoin) {
             EXPECT_LE(found, kReciprocal) << name;
             RecordProperty(name, std::to_string(found * 1e6) + "e-6");
         }
-}
-
-// Kelemen's lobe and what Kulla and Conty add are no kernel's terms but made of albedos: below as a
-// renderer makes them, in float of baked tables. The furnace study does so in double
-// (server/study/reflectance.h), and test_study holds it there.
-
-/// 1 − E, 1 − E of the specular lobe with its compensation, and 1 − E_avg of both, over NoV and
-/// alpha, looked up bilinearly.
-class BakedAlbedos {
-  public:
-    explicit BakedAlbedos(const kiln::JobSpec& job) {
-        kiln::Engine engine({.device = kiln::DeviceChoice::native,
-                             .opencl_wait = std::chrono::milliseconds(0),
-                             .opencl_disabled_reason = "",
-                             .thread_count = 0});
-        const kiln::Table table = engine.run(job, kiln::Control{}).table;
-        deficit_ = table.planes[0];
-        for (const float E : table.planes[1]) average_.push_back(1 - E);
-        for (const float E : table.planes[2]) left_.push_back(1 - E);
-        for (int y = 0; y < kSide; ++y) {
-            float sum = 0;
-            for (int x = 0; x < kSide; ++x)
-                sum += left_[index(x, y)] * static_cast<float>(2 * x + 1);
-            left_average_.insert(left_average_.end(), kSide, sum / (kSide * kSide));
-        }
-    }
-    float deficit(float NoV, float alpha) const { return at(deficit_, NoV, alpha); }
-    float average(float alpha) const { return at(average_, 0, alpha); }
-    float left(float NoV, float alpha) const { return at(left_, NoV, alpha); }
-    float left_average(float alpha) const { return at(left_average_, 0, alpha); }
-    static constexpr int kSide = 32;
-
-  private:
-    static std::size_t index(int x, int y) { return static_cast<std::size_t>(y * kSide + x); }
-    static float at(const std::vector<float>& plane, float u, float v) {
-        const float x = std::clamp(u * kSide - 0.5f, 0.f, kSide - 1.f);
-        const float y = std::clamp(v * kSide - 0.5f, 0.f, kSide - 1.f);
-        const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-        const int x1 = std::min(x0 + 1, kSide - 1), y1 = std::min(y0 + 1, kSide - 1);
-        const auto mix = [](float a, float b, float part) { return a + part * (b - a); };
-        const float p = x - static_cast<float>(x0), q = y - static_cast<float>(y0);
-        return mix(mix(plane[index(x0, y0)], plane[index(x1, y0)], p),
-                   mix(plane[index(x0, y1)], plane[index(x1, y1)], p), q);
-    }
-    std::vector<float> deficit_, average_, left_, left_average_;
-};
-
-kiln::JobSpec albedos_job(kiln::Multiscatter multiscatter, const kiln::FresnelModel& fresnel) {
-    kiln::JobSpec job = kiln::parse_job(
-        R"({"quantities":["multiscatter_albedo","average_albedo","compensated_albedo"],)"
-        R"("layout":{"x":{"parameter":"NoV"},"y":{"parameter":"alpha"}},"resolution":[32,32],)"
-        R"("sample_count":256,"output":{"pixel":"float"}})");
-    job.multiscatter = multiscatter;
-    job.fresnel = fresnel;
-    return job;
-}
-
-// Lobes alone and all that the material reflects.
-TEST(Reciprocity, WhatIsMadeOfBakedAlbedosInFloat) {
-    constexpr float kInversePi = 0.318309886f;
-    for (const std::string_view word : kiln::words<kiln::Multiscatter>()) {
-        const auto multiscatter = kiln::from_word<kiln::Multiscatter>(word).value();
-        if (multiscatter == kiln::Multiscatter::turquin) continue;  // of V alone
-        const auto fresnel = dielectric(1.5);
-        const BakedAlbedos tables(albedos_job(multiscatter, fresnel));
-        const FresnelTerm F(fresnel);
-        const double F_avg = kiln::fresnel_average(fresnel, 0);
-        const auto compensation = [&](const Pair& pair) {
-            if (multiscatter == kiln::Multiscatter::none) return 0.f;
-            const float missing = tables.average(pair.alpha);
-            const double F_ms = kiln::multiscatter_fresnel(
-                multiscatter == kiln::Multiscatter::kulla_conty_linear, F_avg, missing);
-            return static_cast<float>(F_ms) * tables.deficit(pair.NoV, pair.alpha) *
-                   tables.deficit(pair.NoL, pair.alpha) * kInversePi / missing;
-        };
-        const auto kelemen = [&](const Pair& pair) {
-            return 0.8f * kInversePi * tables.left(pair.NoV, pair.alpha) *
-                   tables.left(pair.NoL, pair.alpha) / tables.left_average(pair.alpha);
-        };
-        const auto hold = [&](const char* name, const std::function<float(const Pair&)>& f) {
-            const double found = worst(f);
-            EXPECT_LE(found, kReciprocal) << word << " " << name;
-            RecordProperty(std::string(word) + "_" + name, std::to_string(found * 1e6) + "e-6");
-        };
-        if (multiscatter != kiln::Multiscatter::none) hold("compensation", compensation);
-        hold("kelemen", kelemen);
-        hold("material",
-             [&](const Pair& pair) { return ggx(pair, F) + compensation(pair) + kelemen(pair); });
-    }
 }
 
 }  // namespace

@@ -73,6 +73,9 @@ TEST(Layouts, ResolutionIsTheProgramsWhereTheDocumentNamesNone) {
     // As the published tables are: facts of the programs.
     EXPECT_EQ(job_of("unreal").resolution, (std::vector<std::int64_t>{128, 32}));
     EXPECT_EQ(job_of("threejs").resolution, (std::vector<std::int64_t>{16, 16}));
+    // Cycles' E_avg is a table of its own.
+    EXPECT_EQ(parse_job(R"({"quantities":["average_albedo"],"layout":"cycles"})").resolution,
+              (std::vector<std::int64_t>{32}));
     // An object with the axes of a preset is no preset.
     EXPECT_EQ(parse_job(R"({"quantities":["directional_albedo"],"layout":{"x":{"parameter":)"
                         R"("roughness"},"y":{"parameter":"NoV"}}})")

@@ -210,10 +210,10 @@ void means_over_samples_can_fail() {
         const std::string where = row[column("model")].word + ", " + row[column("quantity")].word +
                                   " " + row[column("source")].word;
         const double right = std::abs(*row[column("right")].number);
-        EXPECT_LT(*row[column("tolerance_float")].number, std::max(right, 4e-6)) << where;
-        EXPECT_LT(*row[column("tolerance_double")].number, std::max(0.5 * right, 1e-14)) << where;
+        EXPECT_LT(*row[column("tolerance_float")].number, std::max(0.2 * right, 4e-6)) << where;
+        EXPECT_LT(*row[column("tolerance_double")].number, std::max(0.2 * right, 1e-14)) << where;
     }
-    EXPECT_GT(rows, 1000u);
+    EXPECT_GT(rows, 1100u);  // 82 of 1197 are not kept
 }
 
 // One test, since each is a process of its own and the study is what takes its time.
