@@ -11,7 +11,7 @@ namespace kiln {
 struct HandCount {
     int operations = 0;
 };
-inline constexpr HandCount kCountE{24}, kCountAB{41};
+inline constexpr HandCount kCountE{23}, kCountAB{38};
 
 /// Runs `samples` times those operations on one core in registers alone, none of which waits for
 /// another, nor for memory: the time that no loop with this count can go below. `count` is one of

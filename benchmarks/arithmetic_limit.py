@@ -19,7 +19,8 @@ def rounds_of(binaries, instruction_set, rounds):
     """Milliseconds of each round, by the benchmark's row."""
     rows = rf"^((limit|native)/{instruction_set}/one_thread|opencl/256)/(E|A_B)/"
     command = [os.path.join(binaries, "bench_kernels"), "--benchmark_filter=" + rows,
-               f"--benchmark_repetitions={rounds}", "--benchmark_enable_random_interleaving=true",
+               f"--benchmark_repetitions={rounds}", "--benchmark_min_time=0.001",
+               "--benchmark_enable_random_interleaving=true",
                "--benchmark_format=json"]
     environment = {**os.environ, "POCL_MAX_PTHREAD_COUNT": "1"}
     out = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout

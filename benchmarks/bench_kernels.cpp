@@ -4,15 +4,11 @@
 //
 // The arithmetic limit of the split sum (visible normals, correlated Smith, float), counted for one
 // sample of one lane group: 1 √ (the cap's sine) and 1 ÷ (G2 / G1) on the divider; on the
-// multipliers 24 products, sums, fused products and selections for E (6 for the half vector, 5 for
-// the light, 9 for its Smith length's root, 4 for the weight), 17 more for B (11 for 1 − VoH, 6 for
-// its fifth power and the sum). The rows limit/… run these operations in registers, none waiting
-// for another (arithmetic_limit.h): 4.4 and 7.1 ns on an AVX2 core of 8 lanes. The kernels beside
-// them are what benchmarks/arithmetic_limit.py prints. Over two days on a shared host the least of
-// 6 or 8 rounds was, of E, 1.19 to 1.43 times as long natively and 1.19 to 1.38 by PoCL (rows
-// opencl/256/…), of A and B 1.17 to 1.29 and 1.13 to 1.31; medians go up to 1.54. The limits stay
-// within 2 %. Why is not measured (the host shows no counters): perhaps a neighbour on the core's
-// other thread, which halves the buffers that kernels need and limits do not.
+// multipliers 23 products, sums, fused products and selections for E (5 for the half vector, 5 for
+// the light, 9 for its Smith length's root, 4 for the weight), 15 more for B (7 for the root of
+// h·h, 3 for 1 − VoH, 5 for its fifth power and the sum). The rows limit/… run these operations in
+// registers, none waiting for another (arithmetic_limit.h): LIMITS on an AVX2 core of 8 lanes. The
+// kernels beside them are what benchmarks/arithmetic_limit.py prints. FIGURES
 //
 // Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 34
 // products, sums, fused products and selections (6 for the map, 5 for the weight, 8 for the lobe,

@@ -12,79 +12,115 @@
 // float, two levels some 1e-6.
 #define KILN_SUM_POINTS 64
 
-// A sample goes through three stages, and each works KILN_AHEAD points behind the one before it. So
-// the √ of one point, the products of another and the ÷ of a third stand side by side: none waits
-// for its own, and divider and multipliers are busy together even where a neighbour on the core
-// leaves half of its buffers. A stage takes some 50 cycles from its first operation to its last and
-// a point some 17 of a core's time: two points ahead are too few. Where a real is one lane, on a
-// GPU, other work-items hide the waiting.
+// A sample goes through four stages, and each works KILN_AHEAD points behind the one before it. So
+// the √ of one point, the products of the next two and the ÷ of a fourth stand side by side: none
+// waits for its own, and divider and multipliers are busy together even where a neighbour on the
+// core leaves half of its buffers. A stage takes 25 to 35 cycles from its first operation to its
+// last and a point some 14 of a core's time. Where a real is one lane, on a GPU, other work-items
+// hide the waiting.
 #undef KILN_AHEAD
 #undef KILN_SLOTS
 #undef KILN_SLOT
 #if KILN_LANES == 1
 #define KILN_AHEAD 0
 #define KILN_SLOTS 1
-#define KILN_SLOT(i) 0
+#define KILN_SLOT(i) (0 * (i))
 #else
 #define KILN_AHEAD 4
 #define KILN_SLOTS KILN_SUM_POINTS
 #define KILN_SLOT(i) (i)
 #endif
 
-// What the stages hand over. `texel` is the view that stays the same; an average takes its own from
-// every point.
+// What the stages hand over, each importance its own part. An average takes its view from every
+// point.
 typedef struct {
     View view[KILN_SLOTS];
+    real sine[KILN_SLOTS];        // ggx_cap_sine()
+    Horizon horizon[KILN_SLOTS];  // of visible lights
     HalfVector h[KILN_SLOTS];
-    Light light[KILN_SLOTS];
+    Mirrored light[KILN_SLOTS];
+    real S[KILN_SLOTS];
     real one_minus_VoH[KILN_SLOTS];
-    real NoH[KILN_SLOTS], weight[KILN_SLOTS];  // where the points do not bring them
+    real weight[KILN_SLOTS];  // where the points do not bring it
 } Flight;
 
-KILN_INLINED void take_half_vector(const Integrand what, const int averaged, const View texel,
-                                   Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
+// The length that the half vector needs.
+KILN_INLINED void take_aim(const Integrand what, const int averaged, const View texel,
+                           Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
     KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
     if (averaged)  // E_avg = ∫ E(√u) du: the view is part of the sample
         flight->view[KILN_SLOT(i)] = ggx_view(lanes(point[KILN_POINT_SCALARS - 1]), texel.alpha);
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
-    if (what.importance < KILN_IMPORTANCE_HORIZON_NORMALS) {
-        flight->h[KILN_SLOT(i)] = sample_half_vector(what, view, point);
-    } else if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
-        const VisibleLight sample = sample_visible_light(view, point);
-        flight->h[KILN_SLOT(i)] = sample.h;
-        flight->NoH[KILN_SLOT(i)] = sample.NoH;
-        flight->weight[KILN_SLOT(i)] = sample.weight;
-    } else {
-        const HorizonNormal sample = sample_horizon_normal(view, point);
-        flight->h[KILN_SLOT(i)] = sample.h;
-        flight->weight[KILN_SLOT(i)] = sample.inverse_NoH;
-    }
+    if (what.importance == KILN_IMPORTANCE_VNDF)
+        flight->sine[KILN_SLOT(i)] = ggx_cap_sine(view, point);
+    if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS)
+        flight->horizon[KILN_SLOT(i)] = visible_horizon(view, point[0]);
 }
 
+// The half vector and the light but for its own length.
 KILN_INLINED void take_light(const Integrand what, const int averaged, const View texel,
                              Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
+    KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
-    const HalfVector h = flight->h[KILN_SLOT(i)];
-    real NoH = lanes(half_vector_NoH(what.importance, points + KILN_POINT_SCALARS * i));
-    if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) NoH = flight->NoH[KILN_SLOT(i)];
-    flight->light[KILN_SLOT(i)] = ggx_mirror(view, h, NoH);
-    if (what.terms & KILN_TERM_FRESNEL)
-        flight->one_minus_VoH[KILN_SLOT(i)] = ggx_one_minus_VoH(view, h);
+    real NoH = lanes(half_vector_NoH(what.importance, point));
+    HalfVector h;
+    if (what.importance == KILN_IMPORTANCE_VNDF) {
+        h = ggx_visible_normal(view, point, flight->sine[KILN_SLOT(i)]);
+    } else if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
+        const VisibleLight sample = light_above(view, flight->horizon[KILN_SLOT(i)], point);
+        h = sample.h;
+        NoH = sample.NoH;
+        flight->weight[KILN_SLOT(i)] = sample.weight;
+    } else if (what.importance == KILN_IMPORTANCE_HORIZON_NORMALS) {
+        const HorizonNormal sample = sample_horizon_normal(view, point);
+        h = sample.h;
+        flight->weight[KILN_SLOT(i)] = sample.inverse_NoH;
+    } else {
+        h = ggx_sample_ndf(view, point);
+    }
+    flight->light[KILN_SLOT(i)] = ggx_mirrored(view, h, NoH);
+    // Compilers keep stores to an array that nobody reads.
+    if (what.importance == KILN_IMPORTANCE_NDF || what.terms > KILN_TERM_WEIGHT)
+        flight->h[KILN_SLOT(i)] = h;
+}
+
+KILN_INLINED void take_lengths(const Integrand what, const int averaged, const View texel,
+                               Flight* flight, const int i) {
+    flight->S[KILN_SLOT(i)] = lane_root(flight->light[KILN_SLOT(i)].S2);
+    if (!(what.terms & KILN_TERM_FRESNEL)) return;
+    const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
+    flight->one_minus_VoH[KILN_SLOT(i)] = ggx_one_minus_VoH(view, flight->h[KILN_SLOT(i)]);
 }
 
 KILN_INLINED Terms add_sample(const Integrand what, const int averaged, const View texel,
                               const Flight* flight, KILN_GLOBAL const scalar* points, const int i,
                               Terms sum) {
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
+    const Light light = {flight->light[KILN_SLOT(i)].NoL, flight->S[KILN_SLOT(i)]};
     real one_minus_VoH = lanes(K(0.0));
     if (what.terms & KILN_TERM_FRESNEL) one_minus_VoH = flight->one_minus_VoH[KILN_SLOT(i)];
     real c = lanes(points[KILN_POINT_SCALARS * i + 2]);
     if (what.importance >= KILN_IMPORTANCE_HORIZON_NORMALS) c = flight->weight[KILN_SLOT(i)];
-    const Terms terms =
-        weigh(what, view, flight->h[KILN_SLOT(i)], flight->light[KILN_SLOT(i)], one_minus_VoH, c);
+    const Terms terms = weigh(what, view, flight->h[KILN_SLOT(i)], light, one_minus_VoH, c);
     sum.weight += terms.weight;
     sum.fresnel += terms.fresnel;
     sum.deficit += terms.deficit;
+    return sum;
+}
+
+// All stages, the first of them at point i of `count`: where not `streaming`, some have none to
+// work at.
+KILN_INLINED Terms step(const Integrand what, const int averaged, const View texel, Flight* flight,
+                        KILN_GLOBAL const scalar* points, const int streaming, const int i,
+                        const int count, Terms sum) {
+    const int second = i - KILN_AHEAD, third = second - KILN_AHEAD, last = third - KILN_AHEAD;
+    if (streaming || i < count) take_aim(what, averaged, texel, flight, points, i);
+    if (streaming || (second >= 0 && second < count))
+        take_light(what, averaged, texel, flight, points, second);
+    if (streaming || (third >= 0 && third < count))
+        take_lengths(what, averaged, texel, flight, third);
+    if (streaming || (last >= 0 && last < count))
+        sum = add_sample(what, averaged, texel, flight, points, last, sum);
     return sum;
 }
 
@@ -93,21 +129,11 @@ KILN_INLINED Terms stretch_sum(const Integrand what, const int averaged, const V
                                Flight* flight, KILN_GLOBAL const scalar* points, const int count) {
     Terms sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     int i = 0;
-    for (; i < 2 * KILN_AHEAD; ++i) {
-        if (i < count) take_half_vector(what, averaged, texel, flight, points, i);
-        if (i >= KILN_AHEAD && i - KILN_AHEAD < count)
-            take_light(what, averaged, texel, flight, points, i - KILN_AHEAD);
-    }
-    for (; i < count; ++i) {
-        take_half_vector(what, averaged, texel, flight, points, i);
-        take_light(what, averaged, texel, flight, points, i - KILN_AHEAD);
-        sum = add_sample(what, averaged, texel, flight, points, i - 2 * KILN_AHEAD, sum);
-    }
-    for (; i < count + 2 * KILN_AHEAD; ++i) {
-        if (i - KILN_AHEAD < count)
-            take_light(what, averaged, texel, flight, points, i - KILN_AHEAD);
-        sum = add_sample(what, averaged, texel, flight, points, i - 2 * KILN_AHEAD, sum);
-    }
+    for (; i < 3 * KILN_AHEAD; ++i)
+        sum = step(what, averaged, texel, flight, points, 0, i, count, sum);
+    for (; i < count; ++i) sum = step(what, averaged, texel, flight, points, 1, i, count, sum);
+    for (; i < count + 3 * KILN_AHEAD; ++i)
+        sum = step(what, averaged, texel, flight, points, 0, i, count, sum);
     return sum;
 }
 

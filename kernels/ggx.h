@@ -57,20 +57,29 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 // gives |h.xy|² = 2 v·h / (1 + vz) − h.z². Over 1 + vz the sine of c is √(u (1 − u + tan²)), with
 // the tangent of half the view's angle, and h.z is 1 − u: all is divided by that, which leaves h.z
 // out of every product, and given the one length that leaves it out of the light's as well. A point
-// is 2^-33 from the rim at the least: h·h stays below 2^20. The point is (cos φ, r = 1 / (1 − u),
-// u r², u r).
+// is 2^-33 from the rim at the least: h·h stays below 2^20. With r = 1 / (1 − u), the point is
+// (2 √(u r) cos φ in that length, r).
 #define KILN_VISIBLE_NOH (K(1.0) / KILN_LIGHT_SCALE)
-KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* point) {
-    const real tan2 = view.tan_half * view.tan_half;
-    const real sine = lane_sqrt(lane_fma(tan2, lanes(point[2]), lanes(point[3])));
-    const real hx = lane_fma(lanes(point[0]), sine, view.tan_half * point[1]);
-    const real alpha2_over_cap = view.alpha * view.alpha * view.inverse_cap;
+
+// That sine over √(u r), times vx.
+KILN_FUNCTION real ggx_cap_sine(View view, KILN_GLOBAL const scalar* point) {
+    return lane_sqrt(
+        lane_fma(view.one_minus_vz * view.one_minus_vz, lanes(point[1]), view.vx * view.vx));
+}
+
+KILN_FUNCTION HalfVector ggx_visible_normal(View view, KILN_GLOBAL const scalar* point, real sine) {
+    const real r = lanes(point[1]), alpha2_over_cap = view.alpha * view.alpha * view.inverse_cap;
     HalfVector h;
-    h.VoH2 =
-        lane_fma((K(2.0) * KILN_VISIBLE_NOH) * view.vx, hx, (K(2.0) * KILN_VISIBLE_NOH) * view.vz);
-    h.hh = lane_fma(KILN_VISIBLE_NOH * alpha2_over_cap, h.VoH2 * point[1],
+    h.VoH2 = lane_fma(lanes(point[0]), sine,
+                      lane_fma((K(2.0) * KILN_VISIBLE_NOH) * view.one_minus_vz, r,
+                               (K(2.0) * KILN_VISIBLE_NOH) * view.vz));
+    h.hh = lane_fma(KILN_VISIBLE_NOH * alpha2_over_cap, h.VoH2 * r,
                     (KILN_VISIBLE_NOH * KILN_VISIBLE_NOH) * view.one_minus_alpha2);
     return h;
+}
+
+KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* point) {
+    return ggx_visible_normal(view, point, ggx_cap_sine(view, point));
 }
 
 // h·h over h.z² of such a normal before it is stretched back.
@@ -94,11 +103,23 @@ KILN_FUNCTION real ggx_vndf_over_ndf(View view, HalfVector h, real inverse_NoH) 
     return lane_select(h.VoH2 > K(0.0), h.VoH2 * inverse_NoH * view.inverse_cap, lanes(K(0.0)));
 }
 
-KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, real NoH) {
+// NoL of it and S², whose root may wait.
+typedef struct {
+    real NoL;
+    real S2;
+} Mirrored;
+
+KILN_FUNCTION Mirrored ggx_mirrored(View view, HalfVector h, real NoH) {
     const real edge = (KILN_LIGHT_SCALE * view.alpha_over_S) * h.hh;
-    Light light;
+    Mirrored light;
     light.NoL = lane_fma(-(KILN_LIGHT_SCALE * view.vz), h.hh, (KILN_LIGHT_SCALE * NoH) * h.VoH2);
-    light.S = lane_root(lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge));
+    light.S2 = lane_fma(view.one_minus_alpha2, light.NoL * light.NoL, edge * edge);
+    return light;
+}
+
+KILN_FUNCTION Light ggx_mirror(View view, HalfVector h, real NoH) {
+    const Mirrored mirrored = ggx_mirrored(view, h, NoH);
+    const Light light = {mirrored.NoL, lane_root(mirrored.S2)};
     return light;
 }
 
@@ -114,5 +135,5 @@ KILN_FUNCTION real ggx_VoH(View view, HalfVector h) {
 }
 
 KILN_FUNCTION real ggx_one_minus_VoH(View view, HalfVector h) {
-    return lane_fma((K(-0.5) * view.S) * h.VoH2, lane_rsqrt(h.hh), lanes(K(1.0)));
+    return lane_fma_rsqrt((K(-0.5) * view.S) * h.VoH2, h.hh, lanes(K(1.0)));
 }

@@ -24,7 +24,6 @@ typedef struct {
     real weight, fresnel, deficit;
 } Terms;
 
-// A sample is worked in three stages, so that batch.h can run each over many points.
 KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view,
                                             KILN_GLOBAL const scalar* point) {
     if (what.importance == KILN_IMPORTANCE_NDF || what.importance == KILN_IMPORTANCE_LOG_TANGENTS)

@@ -42,8 +42,8 @@ KILN_FUNCTION Horizon visible_horizon(View view, scalar cos_phi) {
     return horizon;
 }
 
-KILN_FUNCTION VisibleLight sample_visible_light(View view, KILN_GLOBAL const scalar* point) {
-    const Horizon horizon = visible_horizon(view, point[0]);
+KILN_FUNCTION VisibleLight light_above(View view, Horizon horizon,
+                                       KILN_GLOBAL const scalar* point) {
     const real sine = lane_root(horizon.sin2) * point[1];
     const real cosine = lane_root(lane_fma(horizon.sin2, lanes(point[4]), horizon.cos2));
     VisibleLight sample;
@@ -52,4 +52,8 @@ KILN_FUNCTION VisibleLight sample_visible_light(View view, KILN_GLOBAL const sca
     sample.h.hh = lane_fma(view.one_minus_alpha2, sample.NoH * sample.NoH, view.alpha * view.alpha);
     sample.weight = horizon.sin2 * (K(2.0) * view.inverse_cap) * point[2];
     return sample;
+}
+
+KILN_FUNCTION VisibleLight sample_visible_light(View view, KILN_GLOBAL const scalar* point) {
+    return light_above(view, visible_horizon(view, point[0]), point);
 }

@@ -266,9 +266,11 @@ void append(std::vector<double>& values, PointKind kind, const Point& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
     const double NoV = std::sqrt(point[2]);
     switch (kind) {
-        case PointKind::visible_normals:
-            values.insert(values.end(), {cosine, 1 / rest, u / (rest * rest), u / rest, u, NoV});
+        case PointKind::visible_normals: {
+            const auto whole = visible_normal_point(cosine, u, NoV);
+            values.insert(values.end(), whole.begin(), whole.end());
             return;
+        }
         case PointKind::ggx_normals: {
             const double z = std::sqrt(rest);
             values.insert(values.end(), {std::sqrt(u) * cosine, z, 1 / z});
@@ -335,6 +337,11 @@ double cos_turn(double u) {
     }
     const double value = as_sine ? sum * x : sum;
     return negative ? -value : value;
+}
+
+std::array<double, kPointScalars> visible_normal_point(double cosine, double u, double NoV) {
+    const double rest = 1 - u;
+    return {2 * KILN_VISIBLE_NOH * std::sqrt(u / rest) * cosine, 1 / rest, 0, 0, 0, NoV};
 }
 
 std::size_t point_scalars(PointKind kind) {

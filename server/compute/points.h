@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -87,5 +88,8 @@ PointSet make_more_points(Sampler sampler, PointKind kind, std::uint64_t seed, s
 /// cos(2πu) for u in [0, 1]: + − × alone, so that no C library's version can change a table. Error
 /// ≤ 2e-16.
 double cos_turn(double u);
+
+/// A point of visible_normals (kernels/ggx.h), from the cosine of its azimuth and u in (0, 1).
+std::array<double, kPointScalars> visible_normal_point(double cosine, double u, double NoV = 0);
 
 }  // namespace kiln

@@ -65,11 +65,6 @@ void set_fresnel(Pointwise& p, const FresnelModel& model, std::size_t channel) {
               p.parameters.begin() + static_cast<std::ptrdiff_t>(channel * numbers.size()));
 }
 
-/// A point of the visible normals (kernels/ggx.h).
-std::array<double, kPointScalars> half_vector_point(double cos_phi, double u) {
-    return {cos_phi, 1 / (1 - u), u / ((1 - u) * (1 - u)), u / (1 - u), 0, 0};
-}
-
 /// F where it is known in closed form: at 0 and 90 degrees; of a metal that absorbs nothing; at the
 /// angle at which a tint of 0 puts F82 to 0.
 std::optional<double> closed_F(const FresnelRow& row, double VoH) {
@@ -90,7 +85,7 @@ Pointwise reflected(const FresnelRow& row) {
     const Fresnel model = row.model.model;
     const bool sum = model == Fresnel::schlick || model == Fresnel::f82_tint;
     p.terms = {{kColour, "F", [sum](const Place&) { return sum ? 1.0 : 0.0; }}};
-    p.points = {{"", half_vector_point(1, 0.5)}};
+    p.points = {{"", visible_normal_point(1, 0.5)}};
     for (const double VoH : {0.0, 1e-40, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0 / 7, 0.5,
                              0.74535599249993, 0.9, 1 - 0x1p-20, 1.0})
         p.places.push_back({VoH, 0});
@@ -159,8 +154,8 @@ Pointwise fast_sample(const Lobe& lobe) {
     p.terms = {{kWeight, "G2/G1"}, {kSchlick, "F90's part", one}, {kDeficit, "1 - G2/G1", mean}};
     for (const double u : {1e-7, 1e-3, 0.5, 0.999})
         for (const double cos_phi : {-1.0, 0.0, 1.0})
-            p.points.push_back(
-                {"u " + plain(u) + ", cos phi " + plain(cos_phi), half_vector_point(cos_phi, u)});
+            p.points.push_back({"u " + plain(u) + ", cos phi " + plain(cos_phi),
+                                visible_normal_point(cos_phi, u)});
     p.places = grid(kAlphas);
     p.column = place_column;
     return p;

@@ -34,7 +34,11 @@ inline real lane_asin(real x) { return std::asin(x); }
 inline real lane_erfcx_deficit(real a) {
     return 1 - a * std::sqrt(std::acos(-1.0L)) * std::exp(a * a) * std::erfc(a);
 }
+// One function for every importance: GCC does not see that each reads what it wrote.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include "kernels/models.h"
+#pragma GCC diagnostic pop
 #undef KILN_DOUBLE
 #undef KILN_LANES
 }  // namespace wide

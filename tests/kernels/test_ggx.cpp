@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "server/compute/points.h"
 #include "tests/kernels/one_lane.h"
 #include "tests/kernels/textbook.h"
 
@@ -26,8 +27,8 @@ struct Sample {
 Sample sample(bool visible, const View& view, double u, double phi) {
     const double rest = 1 - u, z = std::sqrt(rest);
     if (visible) {
-        const double point[] = {std::cos(phi), 1 / rest, u / (rest * rest), u / rest};
-        return {in_double::ggx_sample_vndf(view, point), KILN_VISIBLE_NOH};
+        const auto point = kiln::visible_normal_point(std::cos(phi), u);
+        return {in_double::ggx_sample_vndf(view, point.data()), KILN_VISIBLE_NOH};
     }
     const double point[] = {std::sqrt(u) * std::cos(phi), z, 1 / z, rest};
     return {in_double::ggx_sample_ndf(view, point), z};

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "server/compute/points.h"
 #include "tests/kernels/one_lane.h"
 #include "tests/kernels/textbook.h"
 
@@ -16,8 +17,8 @@ in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double a
     const in_double::View view = in_double::ggx_view(NoV, alpha);
     const double rest = 1 - u, z = std::sqrt(rest);
     const double of_all[] = {std::sqrt(u) * std::cos(phi), z, 1 / z, rest};
-    const double visible[] = {std::cos(phi), 1 / rest, u / (rest * rest), u / rest};
-    const double* point = what.importance == KILN_IMPORTANCE_NDF ? of_all : visible;
+    const auto visible = kiln::visible_normal_point(std::cos(phi), u);
+    const double* point = what.importance == KILN_IMPORTANCE_NDF ? of_all : visible.data();
     const auto h = in_double::sample_half_vector(what, view, point);
     const double NoH = in_double::half_vector_NoH(what.importance, point);
     return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h, NoH),
@@ -100,11 +101,9 @@ TEST(Integrand, FloatStaysInItsRangeOverRandomExtremes) {
                          : i % 17 == 0 ? 1 - 0.5 / 4294967296.0
                                        : uniform(random);
         const in_float::View view = in_float::ggx_view(NoV, alpha);
-        const auto cosine =
-            static_cast<float>(i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random)));
-        const double r = 1 / (1 - u);
-        const float point[] = {cosine, static_cast<float>(r), static_cast<float>(u * r * r),
-                               static_cast<float>(u * r)};
+        const double cosine = i % 4 == 0 ? -1 : std::cos(3.14159265 * uniform(random));
+        const auto in_full = kiln::visible_normal_point(cosine, u);
+        const float point[] = {static_cast<float>(in_full[0]), static_cast<float>(in_full[1])};
         const auto h = in_float::ggx_sample_vndf(view, point);
         const auto NoH = static_cast<float>(KILN_VISIBLE_NOH);
         const auto terms = in_float::weigh(what, view, h, in_float::ggx_mirror(view, h, NoH),
