@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "server/base/error.h"
 #include "server/compute/facet_albedos.h"
@@ -106,12 +108,15 @@ class Quadrature {
         const Means means = walks(pass)                   ? walked(pass, first, count)
                             : pass.what.material.averaged ? averaged(pass, first, count)
                                                           : directional(pass, first, count);
+        const ErrorSummary errors = summary(means.error, pass.slices.size());
         for (const Share& share : pass.shares) {
             const std::vector<double> a = combined(share.a, means, count);
-            if (share.part)
+            if (share.part) {
                 store_parts(pass, share, means, a, first);
-            else
-                store(pass, share, means, a, first);
+            } else {
+                sums_[share.channel].add(errors);
+                store(pass, share, a, first);
+            }
         }
         if (!walks(pass)) done_ += count;
         stay_in_touch();
@@ -119,24 +124,36 @@ class Quadrature {
 
     static std::vector<double> combined(const Combination& c, const Means& means,
                                         std::size_t count) {
-        std::vector<double> sums(count, 0.0);
-        for (std::size_t t = 0; t < kTermCount; ++t)
-            if (c[t] != 0)
+        std::vector<double> sums;
+        for (std::size_t t = 0; t < kTermCount; ++t) {
+            if (c[t] == 0) continue;
+            if (sums.empty()) {
+                sums = means.of[t];
+                if (c[t] != 1)
+                    for (double& sum : sums) sum *= c[t];
+            } else {
                 for (std::size_t i = 0; i < count; ++i) sums[i] += c[t] * means.of[t][i];
+            }
+        }
+        sums.resize(count);
         return sums;
     }
 
-    void store(const Pass& pass, const Share& share, const Means& means,
-               const std::vector<double>& values, std::size_t first) {
-        ErrorSummary errors;
-        for (const float error : means.error) {
-            errors.sum_of_squares += static_cast<double>(error) * error;
-            errors.max = std::max<double>(errors.max, error);
-        }
-        const auto slices = static_cast<double>(pass.slices.size());
-        errors.sum_of_squares *= slices;
-        errors.count = values.size() * pass.slices.size();
-        sums_[share.channel].add(errors);
+    /// Of places that fill a texel in each slice.
+    static ErrorSummary summary(const std::vector<float>& errors, std::size_t slices) {
+        ErrorSummary all;
+        const auto square = [](double error) { return error * error; };
+        const auto larger = [](float a, float b) { return std::max(a, b); };
+        all.sum_of_squares =
+            static_cast<double>(slices) *
+            std::transform_reduce(errors.begin(), errors.end(), 0.0, std::plus(), square);
+        all.max = std::reduce(errors.begin(), errors.end(), 0.0f, larger);
+        all.count = errors.size() * slices;
+        return all;
+    }
+
+    void store(const Pass& pass, const Share& share, const std::vector<double>& values,
+               std::size_t first) {
         if (pass.what.material.averaged) {
             for (const std::size_t slice : pass.slices)
                 for (std::size_t i = 0; i < values.size(); ++i)
@@ -186,8 +203,9 @@ class Quadrature {
                             std::min(job_.resolution[0], job_.resolution[1]) >= 4;
         for (const Integral& integral : integrals_of(job_, pass)) {
             if (sparse) {
+                const bool deficit = pass.what.material.terms & 1 << kDeficit;
                 sparse_.emplace_back(job_, pass.places, integral.kind, integral.parameters,
-                                     tolerance.absolute, backend_);
+                                     tolerance.absolute, deficit, backend_);
                 continue;
             }
             maps_.push_back(make_order_map(job_, pass.places, integral.kind, integral.parameters,

@@ -72,19 +72,37 @@ KnotLine::KnotLine(std::int64_t count, bool flip, std::size_t thinning, std::siz
         }
         middles_.push_back(middle);
     }
-    Between here;
-    for (std::size_t texel = 0; texel <= last; ++texel) {
-        if (here.cell + 1 < cells() && knots_[here.cell + 1] <= texel) ++here.cell;
-        here.first = std::clamp<std::size_t>(here.cell, 1, knots_.size() - 3) - 1;
+    for (std::size_t texel = 0, cell = 0; texel <= last; ++texel) {
+        if (cell + 1 < cells() && knots_[cell + 1] <= texel) ++cell;
+        cells_.push_back(cell);
         std::array<double, 4> around{};
-        for (std::size_t i = 0; i < 4; ++i) around[i] = position(knots_[here.first + i]);
-        here.weight = lagrange(around, position(texel));
-        between_.push_back(here);
+        for (std::size_t i = 0; i < 4; ++i) around[i] = position(knots_[first(cell) + i]);
+        const std::array<double, 4> weight = lagrange(around, position(texel));
+        for (std::size_t i = 0; i < 4; ++i) weights_[i].push_back(weight[i]);
     }
 }
 
+void KnotLine::interpolate(const double* knots, std::size_t begin, std::size_t end,
+                           double* to) const {
+    each_cell(begin, end, [&](std::size_t cell, std::size_t low, std::size_t high) {
+        const double* four = knots + first(cell);
+        const double a = four[0], b = four[1], c = four[2], d = four[3];
+        for (std::size_t x = low; x < high; ++x)
+            to[x - begin] =
+                weights_[0][x] * a + weights_[1][x] * b + weights_[2][x] * c + weights_[3][x] * d;
+    });
+}
+
+/// Texels that are integrated, with the orders for it.
+struct SparseTable::Left {
+    std::vector<std::size_t> places;
+    std::vector<std::uint8_t> steps;
+    std::vector<float> errors;
+};
+
 SparseTable::SparseTable(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                         const QuadratureParameters& parameters, double tolerance, Backend& backend)
+                         const QuadratureParameters& parameters, double tolerance, bool deficit,
+                         Backend& backend)
     : places_(places),
       kind_(kind),
       parameters_(parameters),
@@ -92,7 +110,8 @@ SparseTable::SparseTable(const JobSpec& job, const Places& places, const Quadrat
       backend_(backend),
       width_(static_cast<std::size_t>(job.resolution[0])),
       columns_(knots_for(tolerance, job.axes[0], job.resolution[0])),
-      rows_(knots_for(tolerance, job.axes[1], job.resolution[1])) {
+      rows_(knots_for(tolerance, job.axes[1], job.resolution[1])),
+      deficit_(deficit) {
     integrate_knots();
     judge_cells();
 }
@@ -137,7 +156,9 @@ void SparseTable::integrate_knots() {
         found.deficit[again[i]] = better.deficit[i];
         if (!found.B.empty()) found.B[again[i]] = better.B[i];
     }
-    knots_ = {std::move(found.E), std::move(found.deficit), std::move(found.B)};
+    knots_[0] = std::move(found.E);
+    if (deficit_) knots_[1] = std::move(found.deficit);
+    knots_[2] = std::move(found.B);
 }
 
 /// Of the four knots around a cell.
@@ -173,7 +194,7 @@ void SparseTable::judge_cells() {
 }
 
 double SparseTable::value_at(const std::vector<double>& plane, std::size_t x, std::size_t y) const {
-    const KnotLine::Between &along = columns_.at(x), &down = rows_.at(y);
+    const KnotLine::Between along = columns_.at(x), down = rows_.at(y);
     double sum = 0;
     for (std::size_t j = 0; j < 4; ++j) {
         const double* row = &plane[(down.first + j) * columns_.knots().size() + along.first];
@@ -185,7 +206,7 @@ double SparseTable::value_at(const std::vector<double>& plane, std::size_t x, st
 /// Texels `begin` to `end` of a row, those of cells that are integrated among them.
 void SparseTable::interpolate(std::size_t row, std::size_t begin, std::size_t end, std::size_t to,
                               QuadratureResult& result) const {
-    const KnotLine::Between& down = rows_.at(row);
+    const KnotLine::Between down = rows_.at(row);
     const std::size_t knots = columns_.knots().size();
     std::vector<double> line(knots);
     std::vector<double>* const planes[] = {&result.E, &result.deficit, &result.B};
@@ -195,48 +216,49 @@ void SparseTable::interpolate(std::size_t row, std::size_t begin, std::size_t en
         for (std::size_t i = 0; i < knots; ++i)
             line[i] = down.weight[0] * first[i] + down.weight[1] * first[knots + i] +
                       down.weight[2] * first[2 * knots + i] + down.weight[3] * first[3 * knots + i];
-        double* values = planes[p]->data() + to;
-        for (std::size_t x = begin; x < end; ++x) {
-            const KnotLine::Between& along = columns_.at(x);
-            const double* four = &line[along.first];
-            values[x - begin] = along.weight[0] * four[0] + along.weight[1] * four[1] +
-                                along.weight[2] * four[2] + along.weight[3] * four[3];
-        }
+        columns_.interpolate(line.data(), begin, end, planes[p]->data() + to);
     }
-    for (std::size_t x = begin; x < end; ++x)
-        result.error[to + x - begin] =
-            most_around(knot_error_, columns_.at(x).cell, down.cell) + cell_error_[cell(x, row)];
+}
+
+/// Errors of the same, and what of them is integrated after all.
+void SparseTable::note_cells(std::size_t row, std::size_t begin, std::size_t end, std::size_t to,
+                             QuadratureResult& result, Left& left) const {
+    const auto bound = static_cast<float>(kInterpolationShare * tolerance_);
+    const std::size_t down = rows_.at(row).cell;
+    columns_.each_cell(begin, end, [&](std::size_t along, std::size_t low, std::size_t high) {
+        const float of_interpolation = cell_error_[down * columns_.cells() + along];
+        const float of_knots = most_around(knot_error_, along, down);
+        std::fill_n(result.error.begin() + static_cast<std::ptrdiff_t>(to + low - begin),
+                    high - low, of_knots + of_interpolation);
+        if (of_interpolation <= bound) return;
+        for (std::size_t x = low; x < high; ++x) left.places.push_back(row * width_ + x);
+        left.steps.insert(left.steps.end(), high - low, most_around(knot_step_, along, down));
+        left.errors.insert(left.errors.end(), high - low, of_knots);
+    });
 }
 
 QuadratureResult SparseTable::take(std::size_t first, std::size_t count) {
     QuadratureResult result;
     result.E.resize(count);
-    result.deficit.resize(count);
+    if (deficit_) result.deficit.resize(count);
     if (!knots_[2].empty()) result.B.resize(count);
     result.error.resize(count);
-    std::vector<std::size_t> left;
-    std::vector<std::uint8_t> steps;
-    const auto bound = static_cast<float>(kInterpolationShare * tolerance_);
+    Left left;
     for (std::size_t at = first; at < first + count;) {
         const std::size_t row = at / width_, begin = at % width_;
         const std::size_t end = std::min(width_, begin + (first + count - at));
         interpolate(row, begin, end, at - first, result);
-        for (std::size_t x = begin; x < end; ++x)
-            if (cell_error_[cell(x, row)] > bound) {
-                left.push_back(row * width_ + x);
-                steps.push_back(most_around(knot_step_, columns_.at(x).cell, rows_.at(row).cell));
-            }
+        note_cells(row, begin, end, at - first, result, left);
         at += end - begin;
     }
-    interpolated_ += count - left.size();
-    const QuadratureResult found = integrate(left, steps);
-    for (std::size_t i = 0; i < left.size(); ++i) {
-        const std::size_t to = left[i] - first;
+    interpolated_ += count - left.places.size();
+    const QuadratureResult found = integrate(left.places, left.steps);
+    for (std::size_t i = 0; i < left.places.size(); ++i) {
+        const std::size_t to = left.places[i] - first;
         result.E[to] = found.E[i];
-        result.deficit[to] = found.deficit[i];
+        if (deficit_) result.deficit[to] = found.deficit[i];
         if (!found.B.empty()) result.B[to] = found.B[i];
-        result.error[to] = most_around(knot_error_, columns_.at(left[i] % width_).cell,
-                                       rows_.at(left[i] / width_).cell);
+        result.error[to] = left.errors[i];
     }
     result.evaluations = std::exchange(evaluations_, 0);
     result.unsettled = std::exchange(unsettled_, 0);

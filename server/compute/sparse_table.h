@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,16 +27,38 @@ class KnotLine {
         std::size_t first = 0;  ///< of the four knots
         std::array<double, 4> weight{};
     };
-    const Between& at(std::size_t texel) const { return between_[texel]; }
+    Between at(std::size_t texel) const {
+        const std::size_t cell = cells_[texel];
+        return {cell,
+                first(cell),
+                {weights_[0][texel], weights_[1][texel], weights_[2][texel], weights_[3][texel]}};
+    }
+    /// Of the knots `from` on, the values at texels `begin` to `end`.
+    void interpolate(const double* knots, std::size_t begin, std::size_t end, double* to) const;
     const std::vector<std::size_t>& knots() const { return knots_; }
     std::size_t cells() const { return knots_.size() - 1; }
+    /// Calls body(cell, first texel, last texel + 1) for the cells of texels `begin` to `end`.
+    template <typename Body>
+    void each_cell(std::size_t begin, std::size_t end, Body body) const {
+        for (std::size_t cell = cells_[begin]; begin < end; ++cell) {
+            const std::size_t stop = cell + 1 < cells() ? std::min(knots_[cell + 1], end) : end;
+            body(cell, begin, stop);
+            begin = stop;
+        }
+    }
     /// The texel of a cell where cubics are furthest off: that of the largest product of distances
     /// from its ends. The lower end where there is none between.
     std::size_t middle(std::size_t cell) const { return middles_[cell]; }
 
   private:
+    /// The first of the four knots around a cell.
+    std::size_t first(std::size_t cell) const {
+        return std::clamp<std::size_t>(cell, 1, knots_.size() - 3) - 1;
+    }
+
     std::vector<std::size_t> knots_, middles_;
-    std::vector<Between> between_;
+    std::vector<std::size_t> cells_;              ///< of each texel
+    std::array<std::vector<double>, 4> weights_;  ///< of the four knots around each texel
 };
 
 /// A directional table of two axes, integrated at the knots and in the middle of each cell between
@@ -44,8 +67,10 @@ class KnotLine {
 /// pays for a tenth of the texels or less.
 class SparseTable {
   public:
+    /// `deficit`: whether 1 - E is asked for; else it stays empty.
     SparseTable(const JobSpec& job, const Places& places, const QuadratureKind& kind,
-                const QuadratureParameters& parameters, double tolerance, Backend& backend);
+                const QuadratureParameters& parameters, double tolerance, bool deficit,
+                Backend& backend);
 
     /// Values and estimated errors of `count` places from `first` on. `evaluations` are those of
     /// this call; those of the constructor come with the first.
@@ -65,10 +90,10 @@ class SparseTable {
     T most_around(const std::vector<T>& of_knots, std::size_t cell_x, std::size_t cell_y) const;
     void interpolate(std::size_t row, std::size_t begin, std::size_t end, std::size_t to,
                      QuadratureResult& result) const;
+    struct Left;
+    void note_cells(std::size_t row, std::size_t begin, std::size_t end, std::size_t to,
+                    QuadratureResult& result, Left& left) const;
     double value_at(const std::vector<double>& plane, std::size_t x, std::size_t y) const;
-    std::size_t cell(std::size_t x, std::size_t y) const {
-        return rows_.at(y).cell * columns_.cells() + columns_.at(x).cell;
-    }
 
     const Places& places_;
     const QuadratureKind kind_;
@@ -77,6 +102,7 @@ class SparseTable {
     Backend& backend_;
     const std::size_t width_;
     KnotLine columns_, rows_;
+    const bool deficit_;
     Values knots_;                         ///< row-major over the knots
     std::vector<std::uint8_t> knot_step_;  ///< orders, as high as a neighbour's
     std::vector<float> knot_error_;        ///< of the quadrature there
