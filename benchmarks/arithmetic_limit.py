@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kernels of the split sum beside their arithmetic limit (bench_kernels.cpp counts it), one core.
 
-    benchmarks/arithmetic_limit.py [--bin build/bench/bin] [--rounds 8]
+    benchmarks/arithmetic_limit.py [--bin build/bench/bin] [--rounds 40]
 
-Limits and kernels take turns. A neighbour that keeps the core's caches or its other thread busy
+Limits and kernels take turns, one table each. A neighbour that keeps the core's caches or its other thread busy
 slows kernels and not limits, hence the least of the rounds beside their median.
 """
 
@@ -44,7 +44,7 @@ def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", default="build/bench/bin")
-    parser.add_argument("--rounds", type=int, default=8)
+    parser.add_argument("--rounds", type=int, default=40)
     arguments = parser.parse_args()
     instruction_set = widest(arguments.bin)
     times = rounds_of(arguments.bin, instruction_set, arguments.rounds)

@@ -3,8 +3,8 @@
 // points, in working precision. The host keeps batches short (kBatchPointsMax) and adds them in
 // double.
 
-// Scalars a point: three for the sampler (ggx.h), two products of theirs, which cost less on the
-// host than in every lane, and NoV for averages.
+// Scalars a point: up to five that the sampler reads (ggx.h and others), products among them, which
+// cost less on the host than in every lane, and NoV for averages.
 #define KILN_POINT_SCALARS 6
 
 // Points that are summed before their sum is added to the batch's, on every path alike. A smooth
@@ -15,16 +15,16 @@
 // A sample goes through four stages, and each works KILN_AHEAD points behind the one before it. So
 // the √ of one point, the products of the next two and the ÷ of a fourth stand side by side: none
 // waits for its own, and divider and multipliers are busy together even where a neighbour on the
-// core leaves half of its buffers. A stage takes 25 to 35 cycles from its first operation to its
-// last and a point some 14 of a core's time. Where a real is one lane, on a GPU, other work-items
-// hide the waiting.
+// core leaves half of its buffers. Under visible normals a stage takes some 35 cycles from its
+// first operation to its last and a point some 14 of a core's time: two points ahead are too few,
+// and eight were no faster. Where a real is one lane, on a GPU, other work-items hide the waiting.
 #undef KILN_AHEAD
 #undef KILN_SLOTS
 #undef KILN_SLOT
 #if KILN_LANES == 1
 #define KILN_AHEAD 0
 #define KILN_SLOTS 1
-#define KILN_SLOT(i) (0 * (i))
+#define KILN_SLOT(i) (0 * (i))  // no index is left unread
 #else
 #define KILN_AHEAD 4
 #define KILN_SLOTS KILN_SUM_POINTS
@@ -35,7 +35,7 @@
 // point.
 typedef struct {
     View view[KILN_SLOTS];
-    real sine[KILN_SLOTS];        // ggx_cap_sine()
+    real reach[KILN_SLOTS];       // ggx_cap_reach()
     Horizon horizon[KILN_SLOTS];  // of visible lights
     HalfVector h[KILN_SLOTS];
     Mirrored light[KILN_SLOTS];
@@ -44,7 +44,7 @@ typedef struct {
     real weight[KILN_SLOTS];  // where the points do not bring it
 } Flight;
 
-// The length that the half vector needs.
+// An average's view, and the length that a half vector needs.
 KILN_INLINED void take_aim(const Integrand what, const int averaged, const View texel,
                            Flight* flight, KILN_GLOBAL const scalar* points, const int i) {
     KILN_GLOBAL const scalar* point = points + KILN_POINT_SCALARS * i;
@@ -52,7 +52,7 @@ KILN_INLINED void take_aim(const Integrand what, const int averaged, const View 
         flight->view[KILN_SLOT(i)] = ggx_view(lanes(point[KILN_POINT_SCALARS - 1]), texel.alpha);
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
     if (what.importance == KILN_IMPORTANCE_VNDF)
-        flight->sine[KILN_SLOT(i)] = ggx_cap_sine(view, point);
+        flight->reach[KILN_SLOT(i)] = ggx_cap_reach(view, point);
     if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS)
         flight->horizon[KILN_SLOT(i)] = visible_horizon(view, point[0]);
 }
@@ -65,7 +65,7 @@ KILN_INLINED void take_light(const Integrand what, const int averaged, const Vie
     real NoH = lanes(half_vector_NoH(what.importance, point));
     HalfVector h;
     if (what.importance == KILN_IMPORTANCE_VNDF) {
-        h = ggx_visible_normal(view, point, flight->sine[KILN_SLOT(i)]);
+        h = ggx_visible_normal(view, point, flight->reach[KILN_SLOT(i)]);
     } else if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
         const VisibleLight sample = light_above(view, flight->horizon[KILN_SLOT(i)], point);
         h = sample.h;
@@ -80,8 +80,7 @@ KILN_INLINED void take_light(const Integrand what, const int averaged, const Vie
     }
     flight->light[KILN_SLOT(i)] = ggx_mirrored(view, h, NoH);
     // Compilers keep stores to an array that nobody reads.
-    if (what.importance == KILN_IMPORTANCE_NDF || what.terms > KILN_TERM_WEIGHT)
-        flight->h[KILN_SLOT(i)] = h;
+    if (reads_half_vector(what)) flight->h[KILN_SLOT(i)] = h;
 }
 
 KILN_INLINED void take_lengths(const Integrand what, const int averaged, const View texel,
@@ -97,11 +96,13 @@ KILN_INLINED Terms add_sample(const Integrand what, const int averaged, const Vi
                               Terms sum) {
     const View view = averaged ? flight->view[KILN_SLOT(i)] : texel;
     const Light light = {flight->light[KILN_SLOT(i)].NoL, flight->S[KILN_SLOT(i)]};
+    HalfVector h = {lanes(K(0.0)), lanes(K(0.0))};
+    if (reads_half_vector(what)) h = flight->h[KILN_SLOT(i)];
     real one_minus_VoH = lanes(K(0.0));
     if (what.terms & KILN_TERM_FRESNEL) one_minus_VoH = flight->one_minus_VoH[KILN_SLOT(i)];
     real c = lanes(points[KILN_POINT_SCALARS * i + 2]);
     if (what.importance >= KILN_IMPORTANCE_HORIZON_NORMALS) c = flight->weight[KILN_SLOT(i)];
-    const Terms terms = weigh(what, view, flight->h[KILN_SLOT(i)], light, one_minus_VoH, c);
+    const Terms terms = weigh(what, view, h, light, one_minus_VoH, c);
     sum.weight += terms.weight;
     sum.fresnel += terms.fresnel;
     sum.deficit += terms.deficit;
@@ -110,9 +111,9 @@ KILN_INLINED Terms add_sample(const Integrand what, const int averaged, const Vi
 
 // All stages, the first of them at point i of `count`: where not `streaming`, some have none to
 // work at.
-KILN_INLINED Terms step(const Integrand what, const int averaged, const View texel, Flight* flight,
-                        KILN_GLOBAL const scalar* points, const int streaming, const int i,
-                        const int count, Terms sum) {
+KILN_INLINED Terms stages_at(const Integrand what, const int averaged, const View texel,
+                             Flight* flight, KILN_GLOBAL const scalar* points, const int streaming,
+                             const int i, const int count, Terms sum) {
     const int second = i - KILN_AHEAD, third = second - KILN_AHEAD, last = third - KILN_AHEAD;
     if (streaming || i < count) take_aim(what, averaged, texel, flight, points, i);
     if (streaming || (second >= 0 && second < count))
@@ -130,10 +131,10 @@ KILN_INLINED Terms stretch_sum(const Integrand what, const int averaged, const V
     Terms sum = {lanes(K(0.0)), lanes(K(0.0)), lanes(K(0.0))};
     int i = 0;
     for (; i < 3 * KILN_AHEAD; ++i)
-        sum = step(what, averaged, texel, flight, points, 0, i, count, sum);
-    for (; i < count; ++i) sum = step(what, averaged, texel, flight, points, 1, i, count, sum);
+        sum = stages_at(what, averaged, texel, flight, points, 0, i, count, sum);
+    for (; i < count; ++i) sum = stages_at(what, averaged, texel, flight, points, 1, i, count, sum);
     for (; i < count + 3 * KILN_AHEAD; ++i)
-        sum = step(what, averaged, texel, flight, points, 0, i, count, sum);
+        sum = stages_at(what, averaged, texel, flight, points, 0, i, count, sum);
     return sum;
 }
 

@@ -12,7 +12,6 @@ typedef struct {
     real vx, vz;  // stretched view, unit; vz = NoV / S
     real one_minus_vz;
     real inverse_cap;  // 1 / (1 + vz)
-    real tan_half;     // vx / (1 + vz)
     real alpha;
     real one_minus_alpha2;  // 1 − α²
     real alpha_over_S;
@@ -44,8 +43,7 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
     view.vx = slope / divisor;
     view.vz = lane_select(S > K(0.0), NoV / divisor, lanes(K(1.0)));
     view.inverse_cap = K(1.0) / (K(1.0) + view.vz);
-    view.tan_half = view.vx * view.inverse_cap;
-    view.one_minus_vz = view.vx * view.tan_half;
+    view.one_minus_vz = view.vx * (view.vx * view.inverse_cap);
     view.alpha = alpha;
     view.one_minus_alpha2 = (K(1.0) - alpha) * (K(1.0) + alpha);
     view.alpha_over_S = alpha / divisor;
@@ -61,16 +59,17 @@ KILN_FUNCTION View ggx_view(real NoV, real alpha) {
 // (2 √(u r) cos φ in that length, r).
 #define KILN_VISIBLE_NOH (K(1.0) / KILN_LIGHT_SCALE)
 
-// That sine over √(u r), times vx.
-KILN_FUNCTION real ggx_cap_sine(View view, KILN_GLOBAL const scalar* point) {
+// The sine of such a c over √(u r), times vx.
+KILN_FUNCTION real ggx_cap_reach(View view, KILN_GLOBAL const scalar* point) {
     return lane_sqrt(
         lane_fma(view.one_minus_vz * view.one_minus_vz, lanes(point[1]), view.vx * view.vx));
 }
 
-KILN_FUNCTION HalfVector ggx_visible_normal(View view, KILN_GLOBAL const scalar* point, real sine) {
+KILN_FUNCTION HalfVector ggx_visible_normal(View view, KILN_GLOBAL const scalar* point,
+                                            real reach) {
     const real r = lanes(point[1]), alpha2_over_cap = view.alpha * view.alpha * view.inverse_cap;
     HalfVector h;
-    h.VoH2 = lane_fma(lanes(point[0]), sine,
+    h.VoH2 = lane_fma(lanes(point[0]), reach,
                       lane_fma((K(2.0) * KILN_VISIBLE_NOH) * view.one_minus_vz, r,
                                (K(2.0) * KILN_VISIBLE_NOH) * view.vz));
     h.hh = lane_fma(KILN_VISIBLE_NOH * alpha2_over_cap, h.VoH2 * r,
@@ -79,7 +78,7 @@ KILN_FUNCTION HalfVector ggx_visible_normal(View view, KILN_GLOBAL const scalar*
 }
 
 KILN_FUNCTION HalfVector ggx_sample_vndf(View view, KILN_GLOBAL const scalar* point) {
-    return ggx_visible_normal(view, point, ggx_cap_sine(view, point));
+    return ggx_visible_normal(view, point, ggx_cap_reach(view, point));
 }
 
 // h·h over h.z² of such a normal before it is stretched back.

@@ -68,7 +68,7 @@ typedef struct {
 // is 1 where all comes straight down and −0.7 for what comes along the surface or from below.
 KILN_FUNCTION Facet walk_facet(View down, View up, real part_up, scalar u) {
     const real along = lanes(K(-0.7)), one = lanes(K(1.0));
-    const real of_down = K(1.0) - K(1.7) * down.tan_half;
+    const real of_down = K(1.0) - K(1.7) * (down.vx * down.inverse_cap);
     const real p = lane_fma(part_up, along - of_down, of_down), rest = K(1.0) - p;
     const real density = lane_sqrt(lane_fma(rest, rest, p * (K(4.0) * u)));
     const real sum = rest + density, twice = lanes(K(2.0) * u);

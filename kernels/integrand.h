@@ -24,16 +24,14 @@ typedef struct {
     real weight, fresnel, deficit;
 } Terms;
 
-KILN_FUNCTION HalfVector sample_half_vector(const Integrand what, View view,
-                                            KILN_GLOBAL const scalar* point) {
-    if (what.importance == KILN_IMPORTANCE_NDF || what.importance == KILN_IMPORTANCE_LOG_TANGENTS)
-        return ggx_sample_ndf(view, point);
-    return ggx_sample_vndf(view, point);
-}
-
-// N·h of that half vector.
+// N·h of the half vector that a point draws.
 KILN_FUNCTION scalar half_vector_NoH(const int importance, KILN_GLOBAL const scalar* point) {
     return importance == KILN_IMPORTANCE_VNDF ? KILN_VISIBLE_NOH : point[1];
+}
+
+// Whether weigh(), or what goes before it, reads the half vector and not the light alone.
+KILN_FUNCTION int reads_half_vector(const Integrand what) {
+    return what.importance == KILN_IMPORTANCE_NDF || (what.terms & ~KILN_TERM_WEIGHT) != 0;
 }
 
 // Under visible normals f NoL / pdf = G2 / G1(V); under all normals, that times the ratio of the

@@ -111,7 +111,7 @@ KILN_FUNCTION real lane_rsqrt_guess(real x) {
 }
 #endif
 
-// For normal x > 0, to 7e-7 relative in float: 1/√x, and a / √x + b by a shorter chain.
+// For normal x > 0, to 7e-7 of 1/√x in float: itself, and a / √x + b by a shorter chain.
 #if KILN_DOUBLE
 KILN_FUNCTION real lane_rsqrt(real x) { return K(1.0) / lane_sqrt(x); }
 KILN_FUNCTION real lane_fma_rsqrt(real a, real x, real b) { return lane_fma(a, lane_rsqrt(x), b); }

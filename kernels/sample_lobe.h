@@ -41,12 +41,12 @@ KILN_FUNCTION Terms weigh_scattering(const Material what, View view, Scattering 
 KILN_CALLED Terms sample_lobe(const Material what, View view, KILN_GLOBAL const scalar* point,
                               real* VoH) {
     if (is_fast_lobe(what)) {
-        const Integrand fast = {what.masking, what.importance, what.terms};
         VisibleLight sample;
         if (what.importance == KILN_IMPORTANCE_VISIBLE_LIGHTS) {
             sample = sample_visible_light(view, point);
         } else {
-            sample.h = sample_half_vector(fast, view, point);
+            sample.h = what.importance == KILN_IMPORTANCE_NDF ? ggx_sample_ndf(view, point)
+                                                              : ggx_sample_vndf(view, point);
             sample.NoH = lanes(half_vector_NoH(what.importance, point));
             sample.weight = lanes(point[2]);
         }

@@ -21,7 +21,7 @@ static_assert(kAlbedoParameter == KILN_PARAMETER_ALBEDO &&
               kExponentParameter == KILN_PARAMETER_EXPONENT &&
               kParameterCount == KILN_PARAMETER_COUNT && kPointScalars == KILN_POINT_SCALARS &&
               kWalkScalars == KILN_WALK_SCALARS && kWalkDimensions == KILN_WALK_FACET_SCALARS &&
-              kWalkFacets == KILN_WALK_ROW_FACETS);
+              kWalkRowFacets == KILN_WALK_ROW_FACETS);
 static_assert(kLogTangents == KILN_IMPORTANCE_LOG_TANGENTS &&
               kVisibleLights == KILN_IMPORTANCE_VISIBLE_LIGHTS &&
               kPartedLights == KILN_IMPORTANCE_PARTED_LIGHTS &&
@@ -78,15 +78,15 @@ void append_walk(std::vector<double>& values, const UniformPoint& point) {
     values.push_back(std::sqrt(point[kDimensionsMax - 1]));
 }
 
-/// The sampler's three scalars; the square of the second and u (1 − u); the NoV of an average, √u,
-/// which is ∫ 2 NoV dNoV uniformly.
+/// What the kind's sampler takes, of most the square of the second after three; the NoV of an
+/// average, √u, which is ∫ 2 NoV dNoV uniformly.
 void append(std::vector<double>& values, PointKind kind, const UniformPoint& point) {
     const double u = point[1], rest = 1 - u, cosine = cos_turn(point[0] / 2);
     const double NoV = std::sqrt(point[2]);
     switch (kind) {
         case PointKind::visible_normals: {
-            const auto whole = visible_normal_point(cosine, u, NoV);
-            values.insert(values.end(), whole.begin(), whole.end());
+            const auto scalars = visible_normal_point(cosine, u, NoV);
+            values.insert(values.end(), scalars.begin(), scalars.end());
             return;
         }
         case PointKind::ggx_normals: {
@@ -126,7 +126,7 @@ void append(std::vector<double>& values, PointKind kind, const UniformPoint& poi
             return append_walk(values, point);
     }
     const double second = values[values.size() - 2];
-    values.insert(values.end(), {second * second, u * rest, NoV});
+    values.insert(values.end(), {second * second, 0, NoV});
 }
 
 /// Where the run of points that starts at `at` ends, if the replicate goes on that far.

@@ -29,9 +29,8 @@ inline constexpr std::uint32_t kBatchPointsMax = 1024;
 /// may be. Sums over the first 2^k points are then the same bits in a longer replicate.
 inline constexpr std::uint32_t kFirstBatchPoints = 64;
 
-/// What a point's first three scalars are: the sampler that takes them (kernels/ggx.h,
-/// kernels/microfacet.h, kernels/diffuse.h). Two products follow that samplers of half vectors
-/// take, then the NoV of averages (kernels/batch.h).
+/// What a point's scalars are: the sampler that takes them (kernels/ggx.h, kernels/microfacet.h,
+/// kernels/diffuse.h and those below), but for the last, the NoV of averages (kernels/batch.h).
 enum class PointKind {
     visible_normals,
     ggx_normals,

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
-#include <numeric>
 
 #include "server/base/error.h"
 #include "server/compute/facet_albedos.h"
@@ -126,30 +124,37 @@ class Quadrature {
                                         std::size_t count) {
         std::vector<double> sums;
         for (std::size_t t = 0; t < kTermCount; ++t) {
+            const std::vector<double>& mean = means.of[t];
             if (c[t] == 0) continue;
+            if (mean.size() != count) throw Error("internal", "a term of the table has no mean");
             if (sums.empty()) {
-                sums = means.of[t];
+                sums = mean;
                 if (c[t] != 1)
                     for (double& sum : sums) sum *= c[t];
             } else {
-                for (std::size_t i = 0; i < count; ++i) sums[i] += c[t] * means.of[t][i];
+                for (std::size_t i = 0; i < count; ++i) sums[i] += c[t] * mean[i];
             }
         }
         sums.resize(count);
         return sums;
     }
 
-    /// Of places that fill a texel in each slice.
+    /// Each place once a slice.
     static ErrorSummary summary(const std::vector<float>& errors, std::size_t slices) {
         ErrorSummary all;
-        const auto square = [](double error) { return error * error; };
-        const auto larger = [](float a, float b) { return std::max(a, b); };
-        all.sum_of_squares =
-            static_cast<double>(slices) *
-            std::transform_reduce(errors.begin(), errors.end(), 0.0, std::plus(), square);
-        all.max = std::reduce(errors.begin(), errors.end(), 0.0f, larger);
+        float most = 0;
+        for (const float error : errors) {
+            all.sum_of_squares += static_cast<double>(error) * error;
+            most = std::max(most, error);
+        }
+        all.sum_of_squares *= static_cast<double>(slices);
+        all.max = most;
         all.count = errors.size() * slices;
         return all;
+    }
+
+    static bool asks_for_deficit(const Pass& pass) {
+        return (pass.what.material.terms & 1 << kDeficit) != 0;
     }
 
     void store(const Pass& pass, const Share& share, const std::vector<double>& values,
@@ -203,9 +208,8 @@ class Quadrature {
                             std::min(job_.resolution[0], job_.resolution[1]) >= 4;
         for (const Integral& integral : integrals_of(job_, pass)) {
             if (sparse) {
-                const bool deficit = pass.what.material.terms & 1 << kDeficit;
                 sparse_.emplace_back(job_, pass.places, integral.kind, integral.parameters,
-                                     tolerance.absolute, deficit, backend_);
+                                     tolerance.absolute, asks_for_deficit(pass), backend_);
                 continue;
             }
             maps_.push_back(make_order_map(job_, pass.places, integral.kind, integral.parameters,
@@ -220,8 +224,7 @@ class Quadrature {
         const QuadratureKind lobe = quadrature_average_kind(pass.what.material);
         const double least = single ? kQuadratureFloatRounding / 2 : 0;
         QuadratureTolerance tolerance{std::max(tolerance_, least), 0};
-        const bool asked = pass.what.material.terms & 1 << kDeficit;
-        if (asked && integrates_deficit(lobe))
+        if (asks_for_deficit(pass) && integrates_deficit(lobe))
             tolerance.deficit_relative = std::max(kDeficitTolerance, tolerance_);
         return tolerance;
     }

@@ -10,16 +10,17 @@ namespace kiln {
 
 // Azimuth and polar angle of each direction, before them the inclination of a walk's facet, then
 // NoV of averages. Azimuths are in half turns: the integrand is even in them.
-inline constexpr std::size_t kDimensions = 3, kWalkDimensions = 3, kWalkFacets = 5,
-                             kDimensionsMax = kWalkDimensions * kWalkFacets + 1;
+inline constexpr std::size_t kDimensions = 3, kWalkDimensions = 3, kWalkRowFacets = 5,
+                             kDimensionsMax = kWalkDimensions * kWalkRowFacets + 1;
 using UniformPoint = std::array<double, kDimensionsMax>;  ///< strictly inside (0, 1)
 
 /// The points of one replicate: point i is a function of what the constructor is told, the same on
 /// every machine.
 class Sequence {
   public:
-    /// `dimensions`: kDimensions, or kDimensionsMax of a walk. Sets that start at other
-    /// `first_dimension`s are independent. `size`: how many points the replicate has.
+    /// `dimensions`: kDimensions, or kDimensionsMax of a walk. Sets whose dimensions, from
+    /// `first_dimension` on, do not overlap are independent. `size`: how many points the replicate
+    /// has.
     Sequence(Sampler sampler, std::size_t dimensions, std::size_t first_dimension,
              std::uint64_t seed, std::uint32_t replicate, std::uint32_t size);
     UniformPoint operator()(std::uint32_t i) const;

@@ -93,7 +93,7 @@ void KnotLine::interpolate(const double* knots, std::size_t begin, std::size_t e
     });
 }
 
-/// Texels that are integrated, with the orders for it.
+/// Texels that are integrated, the orders for it, and the errors of that.
 struct SparseTable::Left {
     std::vector<std::size_t> places;
     std::vector<std::uint8_t> steps;
@@ -153,7 +153,7 @@ void SparseTable::integrate_knots() {
     const QuadratureResult better = integrate(places, steps);
     for (std::size_t i = 0; i < again.size(); ++i) {
         found.E[again[i]] = better.E[i];
-        found.deficit[again[i]] = better.deficit[i];
+        if (deficit_) found.deficit[again[i]] = better.deficit[i];
         if (!found.B.empty()) found.B[again[i]] = better.B[i];
     }
     knots_[0] = std::move(found.E);
@@ -220,7 +220,7 @@ void SparseTable::interpolate(std::size_t row, std::size_t begin, std::size_t en
     }
 }
 
-/// Errors of the same, and what of them is integrated after all.
+/// Errors of texels `begin` to `end` of a row, and which of them are integrated after all.
 void SparseTable::note_cells(std::size_t row, std::size_t begin, std::size_t end, std::size_t to,
                              QuadratureResult& result, Left& left) const {
     const auto bound = static_cast<float>(kInterpolationShare * tolerance_);

@@ -33,11 +33,11 @@ class KnotLine {
                 first(cell),
                 {weights_[0][texel], weights_[1][texel], weights_[2][texel], weights_[3][texel]}};
     }
-    /// Of the knots `from` on, the values at texels `begin` to `end`.
+    /// From the values at all knots those at texels `begin` to `end`, which go to `to` on.
     void interpolate(const double* knots, std::size_t begin, std::size_t end, double* to) const;
     const std::vector<std::size_t>& knots() const { return knots_; }
     std::size_t cells() const { return knots_.size() - 1; }
-    /// Calls body(cell, first texel, last texel + 1) for the cells of texels `begin` to `end`.
+    /// Calls body(cell, first texel, last texel + 1) for the cells of texels `begin` < `end`.
     template <typename Body>
     void each_cell(std::size_t begin, std::size_t end, Body body) const {
         for (std::size_t cell = cells_[begin]; begin < end; ++cell) {

@@ -45,8 +45,7 @@ class Judge {
         pole_.reset();
         vary(at_.NoV, kInputUnits);
         vary(at_.alpha, kInputUnits);
-        // The azimuth's cosine is exact in all points of this study.
-        for (std::size_t i = 1; i < kPointScalars; ++i) vary(at_.point[i], kInputUnits);
+        for (long double& number : at_.point) vary(number, kInputUnits);
         for (long double& number : at_.parameters) vary(number, kParameterUnits);
         const double there = held(static_cast<double>(value));
         if (std::isinf(there)) return {there, 0, {}};

@@ -18,8 +18,10 @@ in_double::Terms terms_at(const in_double::Integrand& what, double NoV, double a
     const double rest = 1 - u, z = std::sqrt(rest);
     const double of_all[] = {std::sqrt(u) * std::cos(phi), z, 1 / z, rest};
     const auto visible = kiln::visible_normal_point(std::cos(phi), u);
-    const double* point = what.importance == KILN_IMPORTANCE_NDF ? of_all : visible.data();
-    const auto h = in_double::sample_half_vector(what, view, point);
+    const bool all = what.importance == KILN_IMPORTANCE_NDF;
+    const double* point = all ? of_all : visible.data();
+    const auto h =
+        all ? in_double::ggx_sample_ndf(view, point) : in_double::ggx_sample_vndf(view, point);
     const double NoH = in_double::half_vector_NoH(what.importance, point);
     return in_double::weigh(what, view, h, in_double::ggx_mirror(view, h, NoH),
                             in_double::ggx_one_minus_VoH(view, h), point[2]);
