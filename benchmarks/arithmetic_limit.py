@@ -4,8 +4,8 @@
 
     benchmarks/arithmetic_limit.py [--bin build/bench/bin] [--rounds 40]
 
-Limits and kernels take turns, one table each. A neighbour that keeps the core's caches or its other thread busy
-slows kernels and not limits, hence the least of the rounds beside their median.
+Limits and kernels take turns, one table each. A neighbour that keeps the core's caches or its
+other thread busy slows kernels and not limits, hence the least of the rounds beside their median.
 """
 
 import argparse
