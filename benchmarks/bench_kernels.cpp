@@ -8,12 +8,12 @@
 // the light, 9 for its Smith length's root, 4 for the weight), 15 more for B (7 for the root of
 // h·h, 3 for 1 − VoH, 5 for its fifth power and the sum). The rows limit/… run these operations in
 // registers, none waiting for another (arithmetic_limit.h): 4.2 and 6.6 ns on an AVX2 core of 8
-// lanes. The kernels beside them are what benchmarks/arithmetic_limit.py prints. In eight runs on
-// a shared host the least of 40 rounds was, of E, 1.07 to 1.17 times as long natively and 1.10 to
-// 1.20 by PoCL (rows opencl/256/…), of A and B 1.05 to 1.24 and 1.07 to 1.21; medians were 1.25 to
-// 1.48. The limits stay within 3 %. Why medians are longer is not measured (the host shows no
-// counters): presumably a neighbour on the core's other thread, which shares what issues a kernel's
-// 45 instructions a sample of E, of which the limit has 25.
+// lanes. The kernels beside them are what benchmarks/arithmetic_limit.py prints. In twelve runs on
+// a shared host the least of 40 rounds was, of E, 1.07 to 1.21 times as long natively and 1.08 to
+// 1.20 by PoCL, once 1.31 (rows opencl/256/…), of A and B 1.05 to 1.24 and 1.07 to 1.26; medians
+// were 1.23 to 1.48. The limits stay within 3 %. Why medians are longer is not measured (the host
+// shows no counters): presumably a neighbour on the core's other thread, which shares what issues a
+// kernel's 45 instructions a sample of E, of which the limit has 25.
 //
 // Of the quadrature, one node of the azimuth: 2 / (the map's scale, the lobe's ratio) and 34
 // products, sums, fused products and selections (6 for the map, 5 for the weight, 8 for the lobe,
